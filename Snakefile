@@ -1,0 +1,57 @@
+"""From anatomy tables to a moving body: one target per paper, `all` for everything."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+
+from anthro import registry
+from anthro.config import ablation_spec, data_spec, load, net_spec, role_of
+from anthro.errors import UserError
+from anthro.files import canonical
+from anthro.sources import source_files
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import min_version
+
+min_version("9.27")
+
+try:
+    settings = load(config, workflow.basedir)
+except UserError as error:
+    raise WorkflowError(str(error)) from None
+
+
+wildcard_constraints:
+    run=settings["run"].replace(".", r"\."),
+    limb="|".join(registry.LIMBS),
+    net="|".join(registry.NETS),
+    table="|".join(registry.ABLATIONS),
+    demo="|".join(registry.DEMOS),
+    paper="|".join(settings["papers"]),
+    round=r"\d+",
+    shard=r"\d{4}",
+    row=r"[^/]+",
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/specs.smk"
+include: "workflow/rules/body.smk"
+include: "workflow/rules/data.smk"
+include: "workflow/rules/train.smk"
+include: "workflow/rules/ablate.smk"
+include: "workflow/rules/demos.smk"
+include: "workflow/rules/figures.smk"
+
+
+rule nakada2018:
+    input:
+        [path.format(run=settings["run"]) for path in figures_of("nakada2018")],
+        f"results/{settings['run']}/scorecard.csv",
+    localrule: True
+
+
+rule all:
+    default_target: True
+    input:
+        rules.nakada2018.input,
+    localrule: True

@@ -1,0 +1,200 @@
+"""One run's settings: config.yaml, its scale, data sets, nets, ablations and papers, all checked against schemas."""
+
+import argparse
+import csv
+import difflib
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import yaml
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError, best_match
+
+from anthro import cli
+from anthro.errors import UserError
+from anthro.files import write_json
+
+COMMAND_LINE = "command line"
+
+
+def _complain(error: ValidationError, source: str) -> str:
+    """Return one line that names file, key and value."""
+    key = ".".join(str(part) for part in error.absolute_path)
+    if error.validator == "additionalProperties":
+        known = list(error.schema.get("properties", {}))
+        odd = next(name for name in error.instance if name not in known)
+        close = difflib.get_close_matches(str(odd), known, n=1)
+        hint = f"did you mean '{close[0]}'?" if close else f"known: {', '.join(known)}"
+        path = ".".join(filter(None, (key, str(odd))))
+        return f"{source}: {path}: {error.instance[odd]!r}: unknown key; {hint}"
+    return f"{source}: {key or '(top)'}: {error.message}"
+
+
+def check(content, schema: str, source: str, root: Path) -> None:
+    """Check a file's content against ``workflow/schemas/<schema>.schema.yaml``.
+
+    Raises
+    ------
+    UserError
+        Naming the file, the key and the value.
+    """
+    rules = yaml.safe_load((root / "workflow" / "schemas" / f"{schema}.schema.yaml").read_text(encoding="utf-8"))
+    error = best_match(Draft202012Validator(rules).iter_errors(content))
+    if error is not None:
+        raise UserError(_complain(error, source))
+
+
+def read_yaml(path: Path, schema: str, root: Path) -> dict:
+    """Read and check one YAML file below `root`; errors name it relative to `root`."""
+    source = path.relative_to(root).as_posix()
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"{source}: no such file") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise UserError(f"{source}: not readable as YAML ({error})") from None
+    check(content, schema, source, root)
+    return content
+
+
+def _number(text: str, source: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UserError(f"{source}: {text!r} is not a number") from None
+
+
+def read_ablation(path: Path, root: Path) -> dict[str, dict]:
+    """Read a table of ablations: each row's changes to the net, by the row's name.
+
+    Columns are ``row`` and keys of a net; ``hidden`` is a list of units separated by spaces.
+    """
+    source = path.relative_to(root).as_posix()
+    table: dict[str, dict] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        for line in csv.DictReader(file, delimiter="\t"):
+            name = line.pop("row", None)
+            if not name or name in table:
+                raise UserError(f"{source}: row: {name!r} is missing or repeated")
+            where = f"{source}: row {name}"
+            changes = {
+                key: [int(_number(units, f"{where}: {key}")) for units in text.split()]
+                if key == "hidden"
+                else _number(text, f"{where}: {key}")
+                for key, text in line.items()
+                if text is not None
+            }
+            check(changes, "ablation", where, root)
+            table[name] = changes
+    return table
+
+
+def role_of(dataset: str) -> str:
+    """Return "voluntary" or "reflex" from a data set's name, ``<limb>_<role>``."""
+    return dataset.rpartition("_")[2]
+
+
+def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
+    """Merge and check the settings of a run.
+
+    Parameters
+    ----------
+    overrides : mapping, optional
+        Keys of ``config.yaml`` with other values, from the command line.
+    root : path-like
+        The repository.
+
+    Returns
+    -------
+    dict
+        The keys of ``config.yaml`` with `run` filled in, ``sizes`` (the scale), ``papers``,
+        ``nets``, ``data`` and ``ablations`` (each by file name).
+
+    Raises
+    ------
+    UserError
+        Naming the file, the key and the value of what is unknown, missing or of the wrong kind.
+    """
+    root = Path(root)
+    settings = read_yaml(root / "config" / "config.yaml", "config", root)
+    check(settings | dict(overrides or {}), "config", COMMAND_LINE, root)
+    settings |= overrides or {}
+    scale = root / "config" / "scales" / f"{settings['scale']}.yaml"
+    if not scale.is_file():
+        known = sorted(path.stem for path in scale.parent.glob("*.yaml"))
+        raise UserError(f"scale: {settings['scale']!r} is not a file of config/scales/ ({', '.join(known)})")
+    settings["run"] = settings["run"] or settings["scale"]
+    settings["sizes"] = read_yaml(scale, "scale", root)
+    settings["papers"] = {
+        name: read_yaml(root / "config" / "papers" / f"{name}.yaml", "paper", root) for name in settings["papers"]
+    }
+    settings["nets"] = {
+        path.stem: read_yaml(path, "net", root)
+        for paper in settings["papers"]
+        for path in sorted((root / "config" / "nets" / paper).glob("*.yaml"))
+    }
+    settings["data"] = {
+        path.stem: read_yaml(path, f"data_{role_of(path.stem)}", root)
+        for path in sorted((root / "config" / "data").glob("*.yaml"))
+    }
+    settings["ablations"] = {
+        path.stem: read_ablation(path, root) for path in sorted((root / "config" / "ablations").glob("*.tsv"))
+    }
+    return settings
+
+
+def data_spec(settings: Mapping, dataset: str) -> dict:
+    """Return what one shard of a data set is made from; the number of shards is no part of it."""
+    role = role_of(dataset)
+    return settings["data"][dataset] | {
+        "limb": dataset.removesuffix(f"_{role}"),
+        "pairs": settings["sizes"][role]["pairs"],
+        "seed": settings["seed"],
+    }
+
+
+def net_spec(settings: Mapping, net: str) -> dict:
+    """Return what a net is trained from: its YAML, the scale's epochs, the seed."""
+    size = settings["sizes"]["training"]
+    return settings["nets"][net] | {"epochs": size["epochs"], "seed": settings["seed"], "samples": None}
+
+
+def ablation_spec(settings: Mapping, table: str, row: str) -> dict:
+    """Return what an ablation's row is trained from: the paper's net with the row's changes and the scale's sizes."""
+    net = next(paper["ablation_net"] for paper in settings["papers"].values() if "ablation_net" in paper)
+    changes = settings["ablations"][table][row]
+    return net_spec(settings, net) | settings["sizes"]["ablation"] | changes | {"name": f"{net}_{table}_{row}"}
+
+
+def _override(text: str) -> tuple[str, object]:
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise UserError(f"{COMMAND_LINE}: {text!r}: KEY=VALUE is wanted")
+    return key, yaml.safe_load(value)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Check or print the settings, or write one job's spec."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    action = parser.add_mutually_exclusive_group(required=True)
+    action.add_argument("--check", action="store_true", help="say nothing if all is well")
+    action.add_argument("--print", action="store_true", help="print the merged settings as YAML")
+    action.add_argument("--write", metavar="FILE", help="write a job's spec, given by --spec")
+    parser.add_argument("--spec", metavar="JSON", help="the spec's content")
+    parser.add_argument("overrides", nargs="*", metavar="KEY=VALUE", help="in place of config.yaml's values")
+    given = parser.parse_args(argv)
+    if given.write:
+        try:
+            write_json(given.write, json.loads(given.spec or ""))
+        except ValueError as error:
+            raise UserError(f"--spec: not JSON ({error})") from None
+        return
+    settings = load(dict(map(_override, given.overrides)))
+    if given.print:
+        print(yaml.safe_dump(settings, sort_keys=False, default_flow_style=None), end="")
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run(main))

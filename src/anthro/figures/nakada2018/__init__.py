@@ -1,0 +1,1 @@
+"""Figures of Nakada, Zhou, Chen, Weiss and Terzopoulos (2018)."""

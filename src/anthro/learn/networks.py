@@ -1,0 +1,72 @@
+"""The network that learns: fully connected, rectified linear units, He's initial weights."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import torch
+from torch import nn
+
+from anthro.motor.network import FeedForward
+
+
+class Network(nn.Module):
+    """Layers between normalised inputs and normalised outputs (Nakada 2018, Sec. 5, footnote 1).
+
+    Parameters
+    ----------
+    sizes : sequence of int
+        Units of each layer, input and output layer included, such as (32, 300, ..., 300, 29).
+    generator : numpy.random.Generator, optional
+        Draws the initial weights: normal, mean 0, standard deviation sqrt(2 / fan_in); biases are 0.
+        Without it the weights are 0.
+    """
+
+    def __init__(self, sizes: Sequence[int], generator: np.random.Generator | None = None):
+        super().__init__()
+        self.sizes = tuple(sizes)
+        self.layers = nn.ModuleList(nn.utils.skip_init(nn.Linear, n_in, n_out) for n_in, n_out in pairwise(self.sizes))
+        for layer in self.layers:
+            nn.init.zeros_(layer.bias)
+            nn.init.zeros_(layer.weight)
+            if generator is not None:
+                deviation = np.sqrt(2 / layer.in_features)
+                values = generator.normal(0.0, deviation, (layer.out_features, layer.in_features))
+                layer.weight.data.copy_(torch.from_numpy(values))
+
+    @property
+    def units(self) -> int:
+        """Number of units, input and output layer included."""
+        return sum(self.sizes)
+
+    @property
+    def weights(self) -> int:
+        """Number of weights, biases not counted."""
+        return sum(layer.weight.numel() for layer in self.layers)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Map normalised inputs (n, n_in) to normalised outputs (n, n_out)."""
+        for layer in self.layers[:-1]:
+            x = torch.relu(layer(x))
+        return self.layers[-1](x)
+
+    def copy_from(self, source: FeedForward) -> None:
+        """Take over the weights of a network of the same sizes.
+
+        Raises
+        ------
+        ValueError
+            When the sizes differ.
+        """
+        if source.sizes != self.sizes:
+            raise ValueError(f"sizes {source.sizes} are not {self.sizes}")
+        with torch.no_grad():
+            for layer, matrix, bias in zip(self.layers, source.matrices, source.biases, strict=True):
+                layer.weight.copy_(torch.from_numpy(matrix))
+                layer.bias.copy_(torch.from_numpy(bias))
+
+    def export(self, normalisation: dict[str, np.ndarray] | None = None, attrs: dict | None = None) -> FeedForward:
+        """Return the network for use online, with the given normalisation and attributes."""
+        matrices = [layer.weight.detach().numpy().copy() for layer in self.layers]
+        biases = [layer.bias.detach().numpy().copy() for layer in self.layers]
+        return FeedForward(matrices, biases, normalisation, attrs)

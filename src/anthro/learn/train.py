@@ -1,0 +1,328 @@
+"""The one training loop, for every network.
+
+Adam on the mean squared error of normalised labels, early stopping, the best epoch's weights kept
+(Nakada 2018, Sec. 5, footnote 1). Errors in ``loss.csv`` are normalised: inputs and labels are
+standardised with the training side's mean and standard deviation, so that an MSE of 1 is that of
+predicting the mean. The run card gives the MSE in the labels' own units too. ``train_mse`` is the
+mean over the epoch's batches, taken while the weights move; ``validation_mse`` is measured at the
+epoch's end. ``unexplained_variance`` is the validation MSE over the variance of the validation
+labels, both summed over outputs in the labels' own units.
+
+Every random draw comes from a stream named by the seed and the epoch, so that a training that was
+killed and taken up again ends with the same bytes as one that was not (given the same threads).
+"""
+
+import argparse
+import csv
+import hashlib
+import math
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from anthro import cli
+from anthro.errors import UserError
+from anthro.files import atomic, canonical, digest
+from anthro.learn import checkpoint
+from anthro.learn.data import Pairs, load_pairs, normalisation, normalise
+from anthro.learn.networks import Network
+from anthro.learn.spec import TrainingSpec, read_spec
+from anthro.motor.network import FeedForward, harden
+from anthro.progress import progress
+from anthro.runcard import RunCard
+from anthro.streams import stream
+
+COLUMNS = ("epoch", "train_mse", "validation_mse", "unexplained_variance", "learning_rate", "seconds")
+CHUNK = 4096  # validation pairs at once
+
+
+class Training:
+    """A training between two epochs.
+
+    Parameters
+    ----------
+    spec : TrainingSpec
+        What is asked for.
+    pairs : Pairs
+        The data set.
+    initial : FeedForward, optional
+        Weights and normalisation to start from, instead of He's weights and the data's normalisation.
+
+    Attributes
+    ----------
+    history : list of dict
+        One row of ``loss.csv`` an epoch.
+    best : dict
+        ``epoch``, ``validation_mse``, ``validation_mse_physical``, ``unexplained_variance``,
+        ``unexplained_variance_per_output`` and ``weights`` of the best epoch; empty before the first.
+    """
+
+    def __init__(self, spec: TrainingSpec, pairs: Pairs, initial: FeedForward | None = None):
+        self.spec = spec
+        self.normalisation = initial.normalisation if initial else normalisation(pairs)
+        inputs, outputs = normalise(pairs, self.normalisation)
+        self.training, self.validation = (
+            (torch.from_numpy(inputs[side]), torch.from_numpy(outputs[side]))
+            for side in (~pairs.validation, pairs.validation)
+        )
+        sizes = (inputs.shape[1], *spec.hidden, outputs.shape[1])
+        self.network = Network(sizes, stream(spec.seed, "learn/initial"))
+        if initial:
+            self.network.copy_from(initial)
+        self.optimiser = torch.optim.Adam(
+            self.network.parameters(), lr=spec.learning_rate, betas=(0.9, 0.999), fused=True
+        )
+        self.history: list[dict] = []
+        self.best: dict = {}
+
+    @property
+    def finished(self) -> bool:
+        """Whether all epochs are done, or `patience` of them brought no gain."""
+        done = len(self.history)
+        return done >= self.spec.epochs or (bool(self.best) and done - self.best["epoch"] >= self.spec.patience)
+
+    def run_epoch(self) -> None:
+        """Train for one epoch, validate, and remember the weights if they are the best so far.
+
+        Raises
+        ------
+        FloatingPointError
+            When a loss is not finite; `history` and `best` stay those of the epoch before.
+        """
+        started = time.perf_counter()
+        epoch = len(self.history) + 1
+        rate = self.spec.rate(epoch)
+        train_mse = self._pass(epoch, rate)
+        scores = self.validate()
+        if not math.isfinite(train_mse + scores["validation_mse"]):
+            raise FloatingPointError(f"the loss is not finite at epoch {epoch}")
+        row = {"epoch": epoch, "train_mse": train_mse, "learning_rate": rate} | scores
+        row["seconds"] = time.perf_counter() - started
+        self.history.append({name: row[name] for name in COLUMNS})
+        if not self.best or scores["validation_mse"] < self.best["validation_mse"]:
+            weights = {name: value.clone() for name, value in self.network.state_dict().items()}
+            self.best = {"epoch": epoch, "weights": weights} | scores
+
+    def _pass(self, epoch: int, rate: float) -> float:
+        """Take every training pair once, in the epoch's order; return the mean loss."""
+        inputs, outputs = self.training
+        for group in self.optimiser.param_groups:
+            group["lr"] = rate
+        order = torch.from_numpy(stream(self.spec.seed, "learn/order", epoch).permutation(len(inputs)))
+        total = 0.0
+        for batch in order.split(self.spec.batch_size):
+            self.optimiser.zero_grad(set_to_none=True)
+            predicted = self.network(inputs.index_select(0, batch))
+            loss = torch.nn.functional.mse_loss(predicted, outputs.index_select(0, batch))
+            loss.backward()
+            self.optimiser.step()
+            total += loss.item() * len(batch)
+        return total / len(inputs)
+
+    @torch.no_grad()
+    def validate(self) -> dict:
+        """Return the validation side's errors (the numbers of `best`)."""
+        inputs, outputs = self.validation
+        squared = np.zeros(outputs.shape[1])
+        squared_physical = np.zeros(outputs.shape[1])
+        for x, y in zip(inputs.split(CHUNK), outputs.split(CHUNK), strict=True):
+            predicted = self.network(x)
+            squared += (predicted - y).double().square().sum(0).numpy()
+            gap = self._physical(predicted) - self._physical(y)
+            squared_physical += np.square(gap).sum(axis=0)
+        mse, mse_physical = squared / len(inputs), squared_physical / len(inputs)
+        variance = self._physical(outputs).var(axis=0)
+        total = variance.sum()
+        return {
+            "validation_mse": float(mse.mean()),
+            "validation_mse_physical": float(mse_physical.mean()),
+            "unexplained_variance": float(mse_physical.sum() / total) if total else math.nan,
+            "unexplained_variance_per_output": [
+                float(error / spread) if spread else None
+                for error, spread in zip(mse_physical, variance, strict=True)
+            ],
+        }
+
+    def _physical(self, outputs: torch.Tensor) -> np.ndarray:
+        """Turn normalised outputs into the labels' own units, float64."""
+        factors = self.normalisation
+        values = outputs.numpy().astype(float) * factors["output_scale"] + factors["output_mean"]
+        return harden(values, factors["output_softening"])
+
+    def state(self) -> dict:
+        """Return all that the next epoch depends on."""
+        return {
+            "network": self.network.state_dict(),
+            "optimiser": self.optimiser.state_dict(),
+            "history": self.history,
+            "best": self.best,
+        }
+
+    def resume(self, state: dict) -> None:
+        """Go back to where `state` was taken."""
+        self.network.load_state_dict(state["network"])
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.history, self.best = state["history"], state["best"]
+
+    def result(self, content: dict) -> FeedForward:
+        """Return the best epoch's network; `content` is the whole spec, kept as an attribute."""
+        network = Network(self.network.sizes)
+        network.load_state_dict(self.best["weights"])
+        attrs = {"name": self.spec.name, "spec": canonical(content), "spec_digest": self.spec.digest}
+        attrs |= {name: self.best[name] for name in ("epoch", "validation_mse", "unexplained_variance")}
+        return network.export(self.normalisation, attrs)
+
+
+def write_history(path: str | os.PathLike, history: Sequence[dict]) -> None:
+    """Write ``loss.csv``, atomically."""
+    with atomic(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in history:
+            numbers = (f"{row[name]:.8g}" for name in COLUMNS[1:])
+            writer.writerow((row["epoch"], *numbers))
+
+
+def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str) -> None:
+    """Train until nothing is to be done, leaving the state in `folder` after every epoch.
+
+    Raises
+    ------
+    UserError
+        Naming the epoch, when a loss is not finite; the best weights so far are kept in `folder`.
+    """
+    if folder and (state := checkpoint.load_state(folder, stamp)):
+        training.resume(state)
+        print(f"{training.spec.name}: resumes after epoch {len(training.history)}", file=sys.stderr)
+    left = range(len(training.history), training.spec.epochs)
+    for _ in progress(left, total=len(left), label=f"{training.spec.name} epochs"):
+        if training.finished:
+            break
+        try:
+            training.run_epoch()
+        except FloatingPointError as error:
+            raise UserError(f"{training.spec.name}: {error}{_rescue(training, folder)}") from None
+        if folder:
+            checkpoint.save_state(folder, stamp, training.state())
+
+
+def _rescue(training: Training, folder: str | os.PathLike | None) -> str:
+    """Keep the best weights of a training that failed; return words that say so."""
+    if not training.best or not folder:
+        return ""
+    path = Path(folder) / "best_weights.h5"
+    training.result({}).save(path)
+    return f"; the best weights so far, of epoch {training.best['epoch']}, are kept in {path}"
+
+
+def load_initial(path: str | os.PathLike, pairs: Pairs, spec: TrainingSpec) -> FeedForward:
+    """Read the network to start from.
+
+    Raises
+    ------
+    UserError
+        Naming the file, when it is no network of the sizes that `spec` and `pairs` ask for.
+    """
+    initial = FeedForward.load(path, pairs.inputs.shape[1], pairs.outputs.shape[1])
+    if initial.sizes[1:-1] != spec.hidden:
+        raise UserError(f"{path}: hidden layers {list(initial.sizes[1:-1])}, but {list(spec.hidden)} are wanted")
+    return initial
+
+
+def train(
+    spec_path: str | os.PathLike,
+    shards: Sequence[str | os.PathLike],
+    out: str | os.PathLike,
+    initial_path: str | os.PathLike | None = None,
+    state_folder: str | os.PathLike | None = None,
+    threads: int = 1,
+) -> FeedForward:
+    """Train one network and write ``weights.h5``, ``loss.csv`` and ``run_card.json``.
+
+    Parameters
+    ----------
+    spec_path : path-like
+        See `anthro.learn.spec.TrainingSpec`.
+    shards : sequence of path-like
+        Training pairs, oldest round of aggregation first.
+    out : path-like
+        Folder of the results.
+    initial_path : path-like, optional
+        ``weights.h5`` whose weights and normalisation are the start.
+    state_folder : path-like, optional
+        Folder of resume files; a state of another spec, data or start is ignored.
+    threads : int
+        Threads of the matrix products; the result depends on it in the last bits.
+
+    Returns
+    -------
+    FeedForward
+        The best epoch's network.
+
+    Raises
+    ------
+    UserError
+        On a bad spec, shard or start, and when a loss is not finite.
+    OSError
+        When a file cannot be written; what was finished before stays.
+    """
+    if threads < 1:
+        raise UserError(f"threads: {threads} is not a positive integer")
+    torch.set_num_threads(threads)
+    torch.use_deterministic_algorithms(True)
+    torch.set_flush_denormal(True)
+    spec, content = read_spec(spec_path)
+    out = Path(out)
+    with RunCard(out / "run_card.json", spec=content, seed=spec.seed) as card:
+        pairs = load_pairs(spec, shards)
+        initial = load_initial(initial_path, pairs, spec) if initial_path else None
+        start = hashlib.sha256(Path(initial_path).read_bytes()).hexdigest() if initial_path else None
+        data = pairs.digest()
+        training = Training(spec, pairs, initial)
+        run_epochs(training, state_folder, digest([spec.digest, data, start, torch.__version__]))
+        network = training.result(content)
+        network.save(out / "weights.h5")
+        write_history(out / "loss.csv", training.history)
+        card.note(
+            data_digest=data,
+            initial_digest=start,
+            threads=threads,
+            pairs={"training": len(training.training[0]), "validation": len(training.validation[0])},
+            units=network.units,
+            weights=network.weights,
+            epochs=len(training.history),
+            stopped_early=len(training.history) < spec.epochs,
+            training_seconds=round(sum(row["seconds"] for row in training.history), 3),
+            best={name: value for name, value in training.best.items() if name != "weights"},
+        )
+    if state_folder:
+        checkpoint.drop_state(state_folder)
+    return network
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Train one network and say how well it explains its labels."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--spec", required=True, metavar="FILE", help="what to train (JSON)")
+    parser.add_argument("--shards", required=True, nargs="+", metavar="FILE", help="training pairs, oldest round first")
+    parser.add_argument("--out", required=True, metavar="DIR", help="for weights.h5, loss.csv, run_card.json")
+    parser.add_argument("--initial", metavar="WEIGHTS", help="start from these weights and their normalisation")
+    parser.add_argument("--state", metavar="DIR", help="resume files; a killed training goes on from there")
+    parser.add_argument("--threads", type=int, default=1, help="threads of the matrix products (default 1)")
+    given = parser.parse_args(argv)
+    network = train(given.spec, given.shards, given.out, given.initial, given.state, given.threads)
+    attrs = network.attrs
+    print(
+        f"{attrs['name']}: {network.n_in} inputs, {network.n_out} outputs, {network.weights} weights; "
+        f"best epoch {attrs['epoch']}, validation MSE {attrs['validation_mse']:.4g} (normalised), "
+        f"unexplained variance {attrs['unexplained_variance']:.4g}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run(main))

@@ -1,0 +1,1 @@
+"""Film frames and videos by ray tracing."""

@@ -1,0 +1,105 @@
+"""Sources of a stage, the run's lock, the choice of inputs, and the pins."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from anthro import cli
+from anthro.demos.choose import choose, chosen_inputs, main
+from anthro.errors import UserError
+from anthro.files import read_json, write_json
+from anthro.launch import take_lock
+from anthro.sources import source_files
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_sources_are_the_imports_without_the_plumbing(tmp_path):
+    package = tmp_path / "anthro"
+    for name, text in {
+        "__init__.py": "",
+        "files.py": "",
+        "learn/__init__.py": "",
+        "learn/loop.py": "import numpy\nfrom anthro import files\nfrom anthro.motor.network import Net",
+        "learn/other.py": "",
+        "motor/__init__.py": "from anthro.motor import gains",
+        "motor/gains.py": "",
+        "motor/network.py": "def late():\n    import anthro.body.hill as hill",
+        "body/__init__.py": "",
+        "body/hill.py": "from anthro.learn import loop",
+    }.items():
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(text)
+    found = [Path(name).relative_to(package).as_posix() for name in source_files("anthro.learn.loop", src=tmp_path)]
+    assert found == [
+        "body/__init__.py",
+        "body/hill.py",
+        "learn/__init__.py",
+        "learn/loop.py",
+        "motor/__init__.py",
+        "motor/gains.py",
+        "motor/network.py",
+    ]
+    missing = source_files("anthro.learn.none", src=tmp_path)
+    assert (package / "learn/none.py").as_posix() in missing
+
+
+def test_a_run_has_one_owner_and_a_killed_owner_leaves_no_lock(tmp_path):
+    lock = tmp_path / "laptop.lock"
+    code = (
+        "import sys, time; from anthro.launch import take_lock\n"
+        "take_lock(sys.argv[1]); print('taken', flush=True); time.sleep(60)"
+    )
+    owner = subprocess.Popen([sys.executable, "-c", code, str(lock)], stdout=subprocess.PIPE, text=True)
+    assert owner.stdout.readline() == "taken\n"
+    with pytest.raises(UserError, match="laptop"):
+        take_lock(lock)
+    owner.kill()
+    owner.communicate()
+    assert take_lock(lock) >= 0
+
+
+def reach(inputs, rate, error):
+    return {"inputs": inputs, "success_rate": rate, "median_error_m": error}
+
+
+def test_demos_use_the_inputs_that_reach_better(tmp_path):
+    assert choose([reach("paper", 0.8, 0.01), reach("proprioceptive", 0.9, 0.02)])["inputs"] == "proprioceptive"
+    assert choose([reach("paper", 0.9, 0.01), reach("proprioceptive", 0.9, 0.02)])["inputs"] == "paper"
+    assert chosen_inputs(tmp_path) == "proprioceptive"
+    names = [str(tmp_path / name) for name in ("a.json", "b.json")]
+    write_json(names[0], reach("paper", 0.9, 0.01))
+    write_json(names[1], reach("proprioceptive", 0.1, 0.3))
+    out = tmp_path / "demos" / "choice.json"
+    assert cli.run(main, ["--metrics", *names, "--out", str(out)]) == 0
+    assert read_json(out)["success_rate"] == {"paper": 0.9, "proprioceptive": 0.1}
+    assert chosen_inputs(tmp_path) == "paper"
+    write_json(names[0], {"inputs": "paper"})
+    assert cli.run(main, ["--metrics", *names, "--out", str(out)]) == 2
+
+
+def pins(lines):
+    return [line.strip() for line in lines if re.match(r"^\s*[A-Za-z0-9_.-]+==", line)]
+
+
+def test_both_installers_have_the_same_pins():
+    locked = pins((ROOT / "requirements.lock").read_text().splitlines())
+    content = yaml.safe_load((ROOT / "environment.yml").read_text())
+    conda = next(part["pip"] for part in content["dependencies"] if isinstance(part, dict))
+    assert conda == locked
+    assert len(locked) > 50
+
+
+def test_pins_are_exact_name_no_host_and_hold_all_that_is_asked_for():
+    text = (ROOT / "requirements.lock").read_text()
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    assert pins(lines) == lines and "//" not in text and "+" not in "".join(lines)
+    names = {re.sub(r"[-_.]+", "-", line.partition("==")[0]).lower() for line in lines}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    asked = sum(project["optional-dependencies"].values(), project["dependencies"])
+    assert {re.sub(r"[-_.]+", "-", name.partition("[")[0]).lower() for name in asked} <= names

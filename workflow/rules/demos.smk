@@ -1,0 +1,120 @@
+# A demo that measures time takes all cores, so that nothing runs beside it, and uses one.
+
+MOVING = [name for name, demo in registry.DEMOS.items() if not demo.alone]
+REACHES = [name for name, demo in registry.DEMOS.items() if demo.inputs]
+
+
+rule demo:
+    input:
+        code=lambda wildcards: source_files(registry.DEMOS[wildcards.demo].module),
+        teacher="results/{run}/specs/data/right_arm_voluntary.json",
+        body=body_of("right_arm"),
+        nets=final_nets("right_arm"),
+        choice=branch(lambda wildcards: wildcards.demo not in REACHES, then="results/{run}/demos/choice.json"),
+    output:
+        rollout="results/{run}/demos/{demo}/rollout.h5",
+        metrics="results/{run}/demos/{demo}/metrics.json",
+        rows="results/{run}/demos/{demo}/rows.json",
+        card="results/{run}/demos/{demo}/run_card.json",
+    log:
+        "results/{run}/logs/demos/{demo}.log",
+    benchmark:
+        "results/{run}/benchmarks/demos/{demo}.tsv"
+    wildcard_constraints:
+        demo="|".join(MOVING),
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        module=lambda wildcards: registry.DEMOS[wildcards.demo].module,
+        flags=demo_flags,
+        folder=subpath(output.metrics, parent=True),
+    shell:
+        "python -m {params.module} --run results/{wildcards.run} {params.flags} --out {params.folder} > {log} 2>&1"
+
+
+rule choose_inputs:
+    input:
+        code=source_files("anthro.demos.choose"),
+        reaches=[f"results/{{run}}/demos/{name}/metrics.json" for name in REACHES],
+    output:
+        "results/{run}/demos/choice.json",
+    log:
+        "results/{run}/logs/demos/choice.log",
+    localrule: True
+    conda:
+        "../../environment.yml"
+    shell:
+        "python -m anthro.demos.choose --metrics {input.reaches} --out {output} > {log} 2>&1"
+
+
+rule timing:
+    input:
+        code=source_files("anthro.demos.timing"),
+        teacher="results/{run}/specs/data/right_arm_voluntary.json",
+        body=body_of("right_arm"),
+        nets=final_nets("right_arm"),
+    output:
+        metrics="results/{run}/demos/timing/metrics.json",
+        rows="results/{run}/demos/timing/rows.json",
+        card="results/{run}/demos/timing/run_card.json",
+    log:
+        "results/{run}/logs/demos/timing.log",
+    benchmark:
+        "results/{run}/benchmarks/demos/timing.tsv"
+    conda:
+        "../../environment.yml"
+    threads: workflow.cores
+    params:
+        seed=settings["seed"],
+        folder=subpath(output.metrics, parent=True),
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.demos.timing --run results/{wildcards.run}"
+        " --limb right_arm --seed {params.seed} --out {params.folder} > {log} 2>&1"
+
+
+rule solvers:
+    input:
+        code=source_files("anthro.motor.compare_solvers"),
+        body=body_of("right_arm"),
+    output:
+        table="results/{run}/demos/solvers/solver_comparison.csv",
+        metrics="results/{run}/demos/solvers/metrics.json",
+        rows="results/{run}/demos/solvers/rows.json",
+        card="results/{run}/demos/solvers/run_card.json",
+    log:
+        "results/{run}/logs/demos/solvers.log",
+    benchmark:
+        "results/{run}/benchmarks/demos/solvers.tsv"
+    conda:
+        "../../environment.yml"
+    threads: workflow.cores
+    params:
+        seed=settings["seed"],
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+        folder=subpath(output.metrics, parent=True),
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.motor.compare_solvers --body {params.body}"
+        " --seed {params.seed} --out {params.folder} > {log} 2>&1"
+
+
+rule scorecard:
+    input:
+        demos=[f"results/{{run}}/demos/{name}/rows.json" for name in registry.DEMOS],
+        findings="results/{run}/ablations/rows.json",
+    output:
+        report(
+            "results/{run}/scorecard.csv",
+            caption="../report/scorecard.rst",
+            category="Scorecard",
+            labels={"table": "Our numbers beside the papers'"},
+        ),
+    log:
+        "results/{run}/logs/scorecard.log",
+    benchmark:
+        "results/{run}/benchmarks/scorecard.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    shell:
+        "python -m anthro.scorecard --run results/{wildcards.run} --rows {input} --out {output} > {log} 2>&1"
