@@ -9,16 +9,18 @@ VENV := .venv
 READY := $(VENV)/.ready
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
+# Tells what is finished and how much is left; `snakemake -n` tells the reasons.
+quiet := --quiet rules host reason
 settings = scale=$(1) run=$(2)
 snakemake = snakemake --workflow-profile profiles/$(PROFILE) $(3) --config $(call settings,$(1),$(2))
 check = python -m anthro.config --check $(call settings,$(1),$(2))
-launch = python -m anthro.launch --run $(2) -- --workflow-profile profiles/$(PROFILE) $(3) --config $(call settings,$(1),$(2))
+launch = python -m anthro.launch --run $(2) -- --workflow-profile profiles/$(PROFILE) $(quiet) --config $(call settings,$(1),$(2))
 
 .PHONY: run test report lint setup
 
 run: setup
 	@$(call check,$(SCALE),$(RUN))
-	@$(call launch,$(SCALE),$(RUN),)
+	@$(call launch,$(SCALE),$(RUN))
 
 report: run
 	@$(call snakemake,$(SCALE),$(RUN),--report results/$(RUN)/report.zip)
@@ -30,10 +32,10 @@ lint: setup
 
 test: lint
 	pytest
-	$(call snakemake,paper,paper,--dry-run --quiet)
+	$(call snakemake,paper,paper,--dry-run $(quiet))
 	$(MAKE) run SCALE=smoke RUN=smoke
 	@echo "The same again: nothing may be left to do."
-	$(call launch,smoke,smoke,) 2>&1 | tee results/smoke/again.log
+	$(call launch,smoke,smoke) 2>&1 | tee results/smoke/again.log
 	grep -q "Nothing to be done" results/smoke/again.log
 	$(MAKE) report SCALE=smoke RUN=smoke
 	@test -s results/smoke/report.zip && echo "All is well."

@@ -91,6 +91,9 @@ def read_ablation(path: Path, root: Path) -> dict[str, dict]:
     return table
 
 
+PLAIN = {"schedule": "constant", "softening": {}}
+
+
 def role_of(dataset: str) -> str:
     """Return "voluntary" or "reflex" from a data set's name, ``<limb>_<role>``."""
     return dataset.rpartition("_")[2]
@@ -162,10 +165,13 @@ def net_spec(settings: Mapping, net: str) -> dict:
 
 
 def ablation_spec(settings: Mapping, table: str, row: str) -> dict:
-    """Return what an ablation's row is trained from: the paper's net with the row's changes and the scale's sizes."""
+    """Return what an ablation's row is trained from: the paper's net with the row's changes and the scale's sizes.
+
+    Ablations train as the paper does: at a constant rate, on inputs and labels as they are.
+    """
     net = next(paper["ablation_net"] for paper in settings["papers"].values() if "ablation_net" in paper)
     changes = settings["ablations"][table][row]
-    return net_spec(settings, net) | settings["sizes"]["ablation"] | changes | {"name": f"{net}_{table}_{row}"}
+    return net_spec(settings, net) | settings["sizes"]["ablation"] | PLAIN | changes | {"name": f"{net}_{table}_{row}"}
 
 
 def _override(text: str) -> tuple[str, object]:

@@ -196,7 +196,7 @@ def test_film_refuses_what_it_cannot_make(tmp_path, capsys, extra, word):
 def reach(run, demo, *whose, targets=8):
     random = np.random.default_rng(0)
     time = np.arange(0, 1.5, 0.05)
-    columns = {"time": time, "targets": random.normal(0, 0.1, (targets, 3))}
+    columns = {"target_time": time, "targets": random.normal(0, 0.1, (targets, 3))}
     for who in whose:
         columns[f"errors_{who}"] = 0.3 * np.exp(-5 * time) + random.uniform(0, 0.05, (targets, 1))
         columns[f"success_{who}"] = columns[f"errors_{who}"][:, -1] < 0.03

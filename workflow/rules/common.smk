@@ -75,7 +75,10 @@ def demo_flags(wildcards):
     demo = registry.DEMOS[wildcards.demo]
     flags = [f"--limb {demo.limb}", f"--seed {settings['seed']}"]
     if demo.inputs:
-        flags += [f"--inputs {demo.inputs}", f"--targets {settings['sizes']['demos']['targets']}"]
+        flags += [f"--inputs {demo.inputs}"]
+    targets = settings["sizes"]["demos"].get(demo.module.rpartition(".")[2])
+    if targets:
+        flags += [f"--targets {targets}"]
     return " ".join(flags)
 
 

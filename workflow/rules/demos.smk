@@ -91,11 +91,12 @@ rule solvers:
     threads: workflow.cores
     params:
         seed=settings["seed"],
+        problems=settings["sizes"]["demos"]["solvers"],
         body=lambda wildcards, input: Path(input.body[0]).parent,
         folder=subpath(output.metrics, parent=True),
     shell:
         "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.motor.compare_solvers --body {params.body}"
-        " --seed {params.seed} --out {params.folder} > {log} 2>&1"
+        " --seed {params.seed} --problems {params.problems} --out {params.folder} > {log} 2>&1"
 
 
 rule scorecard:

@@ -82,8 +82,8 @@ def _report(muscles, fit: FiberFit) -> dict:
     return {
         "fibers_outside_0.5_to_1.6": outside,
         "slack_length_over_source": lengthened,
-        "shortest": dict(zip([m.muscle for m in muscles], fit.shortest.round(4).tolist())),
-        "longest": dict(zip([m.muscle for m in muscles], fit.longest.round(4).tolist())),
+        "shortest": {m.muscle: round(float(fit.shortest[i]), 4) for i, m in enumerate(muscles)},
+        "longest": {m.muscle: round(float(fit.longest[i]), 4) for i, m in enumerate(muscles)},
     }
 
 

@@ -1,4 +1,4 @@
-"""Hold a target for ten seconds: how far does the hand drift?"""
+"""Hold a target for ten seconds and measure how far the hand drifts."""
 
 from __future__ import annotations
 

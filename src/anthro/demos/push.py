@@ -1,4 +1,4 @@
-"""Push the hand with 20 N for 0.1 s while it holds a target: how soon is it back?"""
+"""Push the hand with 20 N for 0.1 s while it holds a target, and measure how soon it is back."""
 
 from __future__ import annotations
 

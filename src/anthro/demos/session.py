@@ -14,6 +14,7 @@ from anthro.body.simulator import DEFAULT_STEP, Simulator
 from anthro.errors import UserError
 from anthro.files import read_json, write_json, write_shard
 from anthro.motor.controller import INPUTS, NeuromuscularController
+from anthro.motor.teacher import Gains, Teacher
 from anthro.registry import limb as limb_of
 from anthro.runcard import RunCard
 
@@ -46,6 +47,11 @@ class Session:
         muscles = self.body.muscle_count
         return NeuromuscularController.load(self.weights(inputs), reflex, muscles, inputs)
 
+    def teacher(self, rule: str = "equilibrium") -> Teacher:
+        """The teacher with the gains that this run's data were labelled with."""
+        spec = read_json(self.run / "specs" / "data" / f"{self.limb}_voluntary.json")
+        return Teacher(self.body, DEFAULT_STEP, Gains(**spec["teacher"]), rule)
+
     def chosen_inputs(self, inputs: str | None) -> str:
         """The variant asked for, or the one that reached better in this run."""
         if inputs:
@@ -74,7 +80,7 @@ class Recorder:
     def columns(self) -> dict[str, np.ndarray]:
         """Columns of the rollout file."""
         names = ("time", "qpos", "activation", "hand", "target", "controller_on")
-        columns = {name: np.array(values) for name, values in zip(names, zip(*self.rows, strict=True))}
+        columns = {name: np.array(values) for name, values in zip(names, zip(*self.rows, strict=True), strict=True)}
         columns["controller_on"] = columns["controller_on"].astype(np.uint8)
         return columns
 

@@ -18,7 +18,7 @@ from anthro.files import read_json
 from anthro.motor.rollouts import Episodes
 from anthro.motor.synthesize import regimen
 from anthro.motor.synthesize_reflex import wander, wander_regimen
-from anthro.motor.teacher import Gains, Teacher, TeacherPolicy
+from anthro.motor.teacher import Gains, TeacherPolicy
 from anthro.runcard import RunCard
 from anthro.streams import stream
 
@@ -48,11 +48,10 @@ def mean_seconds(iterator, count: int) -> float:
 
 def measure(session: Session, seed: int) -> dict:
     """All timings in s, and the simulator's speed over real time."""
-    body, simulator = session.body, session.simulator()
+    simulator = session.simulator()
     targets = random_targets(session, 50, seed)
     next_target = itertools.cycle(targets).__next__
-    teacher = Teacher(body, DEFAULT_STEP)
-    appendix_b = Teacher(body, DEFAULT_STEP, rule="appendix_b")
+    teacher, appendix_b = session.teacher(), session.teacher("appendix_b")
     policy = TeacherPolicy(teacher)
     policy.reset(simulator)
     metrics = {}
@@ -79,7 +78,7 @@ def pair_seconds(session: Session, seed: int) -> dict:
         for role in ("voluntary", "reflex")
     }
     body, rng = session.body, stream(seed, "demos.timing")
-    teacher = Teacher(body, DEFAULT_STEP, Gains(**specs["voluntary"]["teacher"]))
+    teacher = session.teacher()
     students = [session.controller(inputs) for inputs in ("paper", "proprioceptive")]
     episodes = regimen(specs["voluntary"]["rollout"])
     followed = iter(Episodes(body, teacher, [], episodes, rng))

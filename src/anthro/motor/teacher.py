@@ -54,7 +54,7 @@ class Gains:
     max_joint_speed: float = 2.5
     leak_rate: float = 8.0
     tone: float = 0.05
-    tone_stretch: float = 1.0
+    tone_stretch: float = 2.0
     max_adjustment: float = 0.1
 
 

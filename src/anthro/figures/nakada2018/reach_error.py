@@ -76,7 +76,8 @@ def read(run: Path) -> tuple[np.ndarray, np.ndarray, dict[str, Reach]]:
 
 def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:
     return all(
-        one[name].shape == other[name].shape and np.allclose(one[name], other[name]) for name in ("target_time", "targets")
+        one[name].shape == other[name].shape and np.allclose(one[name], other[name])
+        for name in ("target_time", "targets")
     )
 
 
