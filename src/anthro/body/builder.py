@@ -7,6 +7,7 @@ import numpy as np
 
 from anthro.body.parts import BodyPlan, Part
 from anthro.body.source import Source
+from anthro.errors import UserError
 
 _OBJ = mujoco.mjtObj
 BONE_COLOUR = (0.90, 0.87, 0.80, 1.0)
@@ -38,7 +39,7 @@ class Builder:
         for bone in part.bones:
             self._add_bone(source, bone)
         for joint in part.joints:
-            self._bodies[joint.bone].add_joint(
+            self._bone(joint.bone, joint.joint).add_joint(
                 name=joint.joint,
                 type=mujoco.mjtJoint.mjJNT_HINGE,
                 axis=joint.axis,
@@ -52,16 +53,22 @@ class Builder:
 
     def compile(self) -> mujoco.MjModel:
         """The finished model; one tendon a muscle, in the tables' order."""
-        hand = self._bodies[self.plan.hand_bone]
+        hand = self._bone(self.plan.hand_bone, "the hand")
         hand.add_site(name="hand", pos=self.plan.hand_point_m, group=5)
         return self.spec.compile()
+
+    def _bone(self, name: str, of: str):
+        if name not in self._bodies:
+            raise UserError(f"{self.plan.name}: {of} hangs on {name!r}, which is no bone before it")
+        return self._bodies[name]
 
     def _add_bone(self, source: Source, bone) -> None:
         index = source.body(bone.source_body)
         if bone.parent == "world":
             parent, parent_index = self.spec.worldbody, None
         else:
-            parent, parent_index = self._bodies[bone.parent], self._source_bodies[bone.parent]
+            parent = self._bone(bone.parent, bone.bone)
+            parent_index = self._source_bodies[bone.parent]
         position, quaternion = source.relative_pose(index, parent_index)
         body = parent.add_body(name=bone.bone, pos=position, quat=quaternion)
         self._bodies[bone.bone], self._source_bodies[bone.bone] = body, index
@@ -101,7 +108,7 @@ class Builder:
             if index == source_body:
                 return self._bodies[bone]
         name = source.name(_OBJ.mjOBJ_BODY, source_body)
-        raise KeyError(f"path runs over {name}, which is no bone of {self.plan.name}")
+        raise UserError(f"path runs over {name}, which is no bone of {self.plan.name}")
 
     def _add_site(self, source: Source, name: str) -> str:
         if self.spec.site(name) is None:

@@ -54,10 +54,13 @@ class Body:
         except ValueError as error:
             line = str(error).strip().splitlines()[0]
             raise UserError(f"{folder / 'model.mjb'}: cannot be loaded ({line})") from None
-        joints = _columns(folder / "joints.csv", ("joint", "min", "max", "rest", "damping"))
+        joints = _columns(
+            folder / "joints.csv", names=("joint",), numbers=("min", "max", "rest", "damping")
+        )
         muscles = _columns(
             folder / "muscles.csv",
-            ("muscle", "group", "max_force", "slack_length", "tendon_length"),
+            names=("muscle", "group"),
+            numbers=("max_force", "slack_length", "tendon_length"),
         )
         if len(joints["joint"]) != model.nv or len(muscles["muscle"]) != model.ntendon:
             raise UserError(f"{folder}: tables and model.mjb disagree; build the body again")
@@ -65,14 +68,14 @@ class Body:
             name=folder.name,
             model=model,
             dof_names=tuple(joints["joint"]),
-            q_rest=_numbers(joints["rest"]),
-            q_range=np.stack([_numbers(joints["min"]), _numbers(joints["max"])], axis=1),
-            joint_damping=_numbers(joints["damping"]),
+            q_rest=joints["rest"],
+            q_range=np.stack([joints["min"], joints["max"]], axis=1),
+            joint_damping=joints["damping"],
             muscle_names=tuple(muscles["muscle"]),
             muscle_groups=tuple(muscles["group"]),
-            max_force=_numbers(muscles["max_force"]),
-            slack_length=_numbers(muscles["slack_length"]),
-            tendon_length=_numbers(muscles["tendon_length"]),
+            max_force=muscles["max_force"],
+            slack_length=muscles["slack_length"],
+            tendon_length=muscles["tendon_length"],
             hand_site=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "hand"),
         )
 
@@ -83,16 +86,16 @@ class Body:
         return Simulator(self, DEFAULT_STEP if step is None else step)
 
 
-def _numbers(texts) -> np.ndarray:
-    return np.array([float(text) for text in texts])
-
-
-def _columns(path: Path, names: tuple[str, ...]) -> dict[str, list[str]]:
+def _columns(path: Path, names: tuple[str, ...], numbers: tuple[str, ...]) -> dict:
     if not path.is_file():
         raise UserError(f"{path}: missing; build the body first")
     with path.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    missing = [name for name in names if not rows or name not in rows[0]]
+    missing = [name for name in names + numbers if not rows or name not in rows[0]]
     if missing:
         raise UserError(f"{path}: column {missing[0]} is missing")
-    return {name: [row[name] for row in rows] for name in names}
+    columns = {name: [row[name] for row in rows] for name in names}
+    try:
+        return columns | {name: np.array([float(row[name]) for row in rows]) for name in numbers}
+    except (TypeError, ValueError) as error:
+        raise UserError(f"{path}: {error}") from None

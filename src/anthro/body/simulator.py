@@ -129,7 +129,7 @@ class Simulator:
         Raises
         ------
         UserError
-            The activations or the new state are not finite.
+            The activations or the state are not finite; the state is kept.
         """
         body, data, h = self.body, self.data, self.step_seconds
         e, rate, strength = self.strain, self.strain_rate, body.max_force
@@ -141,6 +141,8 @@ class Simulator:
             - self.jacobian.T @ tension
             + limit_torque(data.qpos, data.qvel, self.low, self.high)
         )
+        if not np.isfinite(force).all():
+            raise UserError(f"simulation is not finite at {data.time:.3f} s")
         change = _solve_step(
             h,
             data.qpos,
@@ -154,8 +156,6 @@ class Simulator:
             self.low,
             self.high,
         )
-        if not np.isfinite(change).all():
-            raise UserError(f"simulation is not finite at {data.time:.3f} s")
         data.qvel += change
         mujoco.mj_integratePos(self.model, data.qpos, data.qvel, h)
         data.time += h

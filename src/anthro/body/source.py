@@ -12,6 +12,8 @@ import mujoco
 import myo_sim
 import numpy as np
 
+from anthro.errors import UserError
+
 _OBJ = mujoco.mjtObj
 _TURN = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])  # +90 degrees about z
 
@@ -49,7 +51,7 @@ class Source:
     def _id(self, kind, name: str) -> int:
         index = mujoco.mj_name2id(self.model, kind, name)
         if index < 0:
-            raise KeyError(f"source model has no {kind.name} {name!r}")
+            raise UserError(f"source model has no {kind.name.removeprefix('mjOBJ_').lower()} {name!r}")
         return index
 
     def name(self, kind, index: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -63,7 +64,7 @@ def read_table(path: Path, row_type: type) -> list:
     Raises
     ------
     UserError
-        Missing file, wrong columns, a number that is none, or a name that stands twice.
+        Missing file, wrong columns or cells, a number that is none, or a name that stands twice.
     """
     if not path.is_file():
         raise UserError(f"{path}: anatomy table is missing")
@@ -81,14 +82,22 @@ def read_table(path: Path, row_type: type) -> list:
 
 
 def _row(path: Path, line: int, row_type: type, raw: dict):
+    if None in raw or None in raw.values():
+        raise UserError(f"{path}:{line}: not as many cells as columns")
     values = {}
     for field in fields(row_type):
         text = raw[field.name]
         if field.type == "float":
-            try:
-                values[field.name] = float(text)
-            except (TypeError, ValueError):
-                raise UserError(f"{path}:{line}: {field.name} is not a number: {text!r}") from None
+            values[field.name] = _number(text)
+            if not math.isfinite(values[field.name]):
+                raise UserError(f"{path}:{line}: {field.name} is not a number: {text!r}")
         else:
             values[field.name] = text
     return row_type(**values)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

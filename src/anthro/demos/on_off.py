@@ -9,6 +9,7 @@ import numpy as np
 
 from anthro import cli
 from anthro.body.simulator import DEFAULT_STEP
+from anthro.demos.reach import time_to_radius
 from anthro.demos.session import SUCCESS_RADIUS, Recorder, Session, advance, finish, parser, row
 from anthro.motor.kinematics import InverseKinematics
 from anthro.runcard import RunCard
@@ -47,7 +48,7 @@ def measure(session: Session, inputs: str) -> tuple[dict, Recorder]:
         "error_before_m": float(first[-50:].mean()),
         "error_lifted_again_m": float(again[-50:].mean()),
         "error_moved_m": float(moved[-50:].mean()),
-        "seconds_to_lift_again": float(np.argmax(again < SUCCESS_RADIUS) * DEFAULT_STEP),
+        "seconds_to_lift_again": time_to_radius(again),
     }
     return metrics, recorder
 

@@ -59,13 +59,19 @@ def summary(errors: np.ndarray) -> dict:
     """Success rate, settled errors in m and time to the success radius in s of (targets, steps)."""
     settled = settled_error(errors)
     success = settled < SUCCESS_RADIUS
-    first = np.argmax(errors < SUCCESS_RADIUS, axis=1) * DEFAULT_STEP
+    times = [time_to_radius(distance) for distance in errors[success]]
     return {
         "success_rate": float(success.mean()),
         "median_error_m": float(np.median(settled)),
         "p90_error_m": float(np.quantile(settled, 0.9)),
-        "median_time_s": float(np.median(first[success])) if success.any() else None,
+        "median_time_s": float(np.median(times)) if times else None,
     }
+
+
+def time_to_radius(distance: np.ndarray) -> float | None:
+    """Seconds after which distances (steps,) m first come under 3 cm; None when they never do."""
+    inside = np.flatnonzero(distance < SUCCESS_RADIUS)
+    return float((inside[0] + 1) * DEFAULT_STEP) if len(inside) else None
 
 
 def settled_error(errors: np.ndarray) -> np.ndarray:

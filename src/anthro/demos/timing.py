@@ -15,8 +15,7 @@ from anthro.body.simulator import DEFAULT_STEP
 from anthro.demos.reach import random_targets
 from anthro.demos.session import Session, finish, parser, row
 from anthro.files import read_json
-from anthro.motor.rollouts import Episodes
-from anthro.motor.synthesize import regimen
+from anthro.motor.synthesize import labelled_pairs
 from anthro.motor.synthesize_reflex import wander, wander_regimen
 from anthro.motor.teacher import Gains, TeacherPolicy
 from anthro.runcard import RunCard
@@ -37,9 +36,7 @@ def median_seconds(call, repeats: int) -> float:
 
 
 def mean_seconds(iterator, count: int) -> float:
-    """Mean wall time in s of one item, after fifty that warm up."""
-    for _ in itertools.islice(iterator, 50):
-        pass
+    """Mean wall time in s of one item; what the first one needs beyond its own is spread over all."""
     started = time.perf_counter()
     for _ in itertools.islice(iterator, count):
         pass
@@ -78,17 +75,15 @@ def pair_seconds(session: Session, seed: int) -> dict:
         for role in ("voluntary", "reflex")
     }
     body, rng = session.body, stream(seed, "demos.timing")
-    teacher = session.teacher()
     students = [session.controller(inputs) for inputs in ("paper", "proprioceptive")]
-    episodes = regimen(specs["voluntary"]["rollout"])
-    followed = iter(Episodes(body, teacher, [], episodes, rng))
-    led = iter(Episodes(body, teacher, students, episodes, rng))
+    followed = labelled_pairs(specs["voluntary"], body, [], rng)
+    led = labelled_pairs(specs["voluntary"], body, students, rng)
     gains = Gains(**specs["reflex"]["teacher"])
     reflexes = wander(body, wander_regimen(specs["reflex"]["rollout"]), gains, rng)
     return {
-        "voluntary_pair_teacher_s": mean_seconds(followed, 1500),
-        "voluntary_pair_students_s": mean_seconds(led, 1500),
-        "reflex_pair_s": mean_seconds(reflexes, 3000),
+        "voluntary_pair_teacher_s": mean_seconds(followed, specs["voluntary"]["pairs"]),
+        "voluntary_pair_students_s": mean_seconds(led, specs["voluntary"]["pairs"]),
+        "reflex_pair_s": mean_seconds(reflexes, specs["reflex"]["pairs"]),
     }
 
 

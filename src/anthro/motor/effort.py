@@ -1,9 +1,8 @@
 """Minimal-effort muscle activations for given joint torques.
 
-Nakada et al. 2018, Appendix B: after inverse dynamics, "an optimization problem for agonist and
-antagonist muscles is solved to compute the desired minimal-effort muscle activation levels"; Zhou
-et al. 2021, section 4.1, make it "two optimization problems, one for agonist and the other for
-antagonist muscles". Here one problem holds all muscles,
+Nakada et al. 2018, Appendix B, and Zhou et al. 2021, section 4.1, find the smallest activations that
+make the torques of inverse dynamics, in one problem for the agonists and one for the antagonists.
+Here one problem holds all muscles,
 
     minimise  1/2 |a - tone|^2   subject to   A a = b,   0 <= a <= 1,
 

@@ -72,7 +72,7 @@ class Episodes:
         self.simulator.reset(self._start_pose())
         drive = np.zeros(self.body.muscle_count)
         if rng.random() >= regimen.slack_probability:
-            drive = self.teacher.holding_drive(self.simulator.qpos)
+            drive, _ = self.teacher.holding_state(self.simulator.qpos)
         policy = self._policy()
         policy.reset(self.simulator, drive)
         amplitude = rng.choice(regimen.drive_noise)

@@ -16,7 +16,8 @@ from anthro.errors import UserError
 from anthro.files import digest, read_json, write_shard
 from anthro.motor.controller import INPUTS, NeuromuscularController
 from anthro.motor.network import FeedForward
-from anthro.motor.rollouts import Episodes, Regimen
+from anthro.motor.postures import Postures, Scatter
+from anthro.motor.rollouts import Episodes, Regimen, random_pose
 from anthro.motor.teacher import Gains, Teacher
 from anthro.progress import progress
 from anthro.streams import stream
@@ -24,28 +25,50 @@ from anthro.streams import stream
 COLUMNS = ("offset", "drive", "strain", "voluntary")
 
 
+def labelled_pairs(
+    spec: dict, body: Body, students: list[NeuromuscularController], rng: np.random.Generator
+):
+    """Yield pairs (offset, drive, strain, label) for ever, from rollouts and single states."""
+    teachers = [Teacher(body, DEFAULT_STEP, Gains(**spec["teacher"])) for _ in range(2)]
+    rollouts = Episodes(body, teachers[0], students, regimen(spec["rollout"]), rng)
+
+    def pose():
+        return random_pose(body, spec["rollout"]["target_share"], rng)
+
+    states = Postures(body, teachers[1], pose, scatter(spec["postures"]), rng)
+    return mixed(rollouts, states, spec["posture_share"], rng)
+
+
 def synthesize(
     spec: dict, body: Body, round_number: int, shard: int, students: list[NeuromuscularController]
 ) -> dict[str, np.ndarray]:
     """Columns of one shard: offset (n, 3) m; drive, strain, voluntary (n, muscles); float32."""
     rng = stream(spec["seed"], f"{spec['limb']}_voluntary.round{round_number}", shard)
-    teacher = Teacher(body, DEFAULT_STEP, Gains(**spec["teacher"]))
-    episodes = Episodes(body, teacher, students, regimen(spec["rollout"]), rng)
+    count = spec["pairs"]
     widths = (3, body.muscle_count, body.muscle_count, body.muscle_count)
-    pairs = [np.empty((spec["pairs"], width), np.float32) for width in widths]
-    for row, pair in progress(enumerate(_first(episodes, spec["pairs"])), spec["pairs"], "pairs"):
-        for column, value in zip(pairs, pair, strict=True):
+    columns = [np.empty((count, width), np.float32) for width in widths]
+    pairs = zip(labelled_pairs(spec, body, students, rng), range(count), strict=False)
+    for pair, row in progress(pairs, count, "pairs"):
+        for column, value in zip(columns, pair, strict=True):
             column[row] = value
-    return dict(zip(COLUMNS, pairs, strict=True))
+    return dict(zip(COLUMNS, columns, strict=True))
 
 
-def _first(episodes: Episodes, count: int):
-    return (pair for pair, _ in zip(episodes, range(count), strict=False))
+def mixed(rollouts, states, state_share: float, rng: np.random.Generator):
+    """Draw each pair from ``states`` with probability ``state_share``, else from ``rollouts``."""
+    rollouts, states = iter(rollouts), iter(states)
+    while True:
+        yield next(states if rng.random() < state_share else rollouts)
 
 
 def regimen(rollout: dict) -> Regimen:
     """The spec's ``rollout`` as a :class:`Regimen`."""
     return Regimen(**{**rollout, "drive_noise": tuple(rollout["drive_noise"])})
+
+
+def scatter(postures: dict) -> Scatter:
+    """The spec's ``postures`` as a :class:`Scatter`."""
+    return Scatter(**{k: tuple(v) if isinstance(v, list) else v for k, v in postures.items()})
 
 
 def load_students(weights: list[Path], reflex: Path | None, muscles: int):

@@ -110,9 +110,10 @@ class Teacher:
         self.pose = self.kinematics.solve(target)
         return self.pose
 
-    def holding_drive(self, q) -> np.ndarray:
-        """Minimal-effort drive (n,) that holds pose ``q``, a copy."""
-        return self._here.drive(q)[0].copy()
+    def holding_state(self, q) -> tuple[np.ndarray, np.ndarray]:
+        """Minimal-effort drive (n,) that holds pose ``q`` (m,) rad, and the strains (n,) there."""
+        drive, strain, _ = self._here.drive(q)
+        return drive, strain
 
     def voluntary(self, simulator: Simulator, drive) -> np.ndarray:
         """The label da_v (n,) in the simulator's state with neural drive (n,)."""
