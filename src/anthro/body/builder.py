@@ -12,6 +12,7 @@ from anthro.errors import UserError
 _OBJ = mujoco.mjtObj
 BONE_COLOUR = (0.90, 0.87, 0.80, 1.0)
 WRAP_GROUP = 4
+JOINT_TYPES = {"hinge": mujoco.mjtJoint.mjJNT_HINGE}
 
 
 class Builder:
@@ -41,7 +42,7 @@ class Builder:
         for joint in part.joints:
             self._bone(joint.bone, joint.joint).add_joint(
                 name=joint.joint,
-                type=mujoco.mjtJoint.mjJNT_HINGE,
+                type=self._joint_type(joint),
                 axis=joint.axis,
                 limited=mujoco.mjtLimited.mjLIMITED_TRUE,
                 range=np.deg2rad([joint.min_deg, joint.max_deg]),
@@ -50,6 +51,13 @@ class Builder:
             )
         for muscle in part.muscles:
             self._add_path(source, muscle.muscle, muscle.source_tendon)
+
+    @staticmethod
+    def _joint_type(joint) -> mujoco.mjtJoint:
+        if joint.kind not in JOINT_TYPES:
+            known = ", ".join(JOINT_TYPES)
+            raise UserError(f"joint {joint.joint}: unknown kind {joint.kind!r}, known are {known}")
+        return JOINT_TYPES[joint.kind]
 
     def compile(self) -> mujoco.MjModel:
         """The finished model; one tendon a muscle, in the tables' order."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-SHORTEST, LONGEST = 0.55, 1.08  # fiber length over l0 at the ends of the sampled lengths
+SHORTEST, LONGEST = 0.6, 1.08  # fiber length over l0 at the ends of the sampled lengths
 HARD_LIMITS = (0.5, 1.6)
 
 

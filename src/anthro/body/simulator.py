@@ -21,8 +21,8 @@ from anthro.body.model import Body
 from anthro.errors import UserError
 
 DEFAULT_STEP = 0.005
-LIMIT_STIFFNESS = 200.0  # N m/rad beyond the anatomical range
-LIMIT_DAMPING = 2.0  # N m s/rad beyond the anatomical range
+LIMIT_STIFFNESS = 800.0  # N m/rad beyond the anatomical range
+LIMIT_DAMPING = 4.0  # N m s/rad beyond the anatomical range
 
 
 @njit(cache=True)

@@ -41,9 +41,14 @@ class Source:
     @classmethod
     def load(cls, name: str) -> Source:
         """Compile the named myo-sim model."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # its own composer warns about empty prefixes
-            return cls(myo_sim.load_spec(name).compile())
+        tell = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(lambda text: None)  # its composer warns about empty prefixes
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return cls(myo_sim.load_spec(name).compile())
+        finally:
+            mujoco.set_mju_user_warning(tell)
 
     def body(self, name: str) -> int:
         return self._id(_OBJ.mjOBJ_BODY, name)

@@ -167,6 +167,7 @@ def normalisation(pairs: Pairs) -> dict[str, np.ndarray]:
         "output_softening": pairs.output_softening,
         "output_mean": outputs.mean(axis=0, dtype=float),
         "output_scale": _scale(outputs),
+        "output_limit": np.where(pairs.output_softening > 0, np.abs(pairs.outputs[training]).max(axis=0), 0.0),
     }
     return {name: value.astype(np.float32) for name, value in values.items()}
 

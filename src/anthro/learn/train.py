@@ -152,7 +152,7 @@ class Training:
         """Turn normalised outputs into the labels' own units, float64."""
         factors = self.normalisation
         values = outputs.numpy().astype(float) * factors["output_scale"] + factors["output_mean"]
-        return harden(values, factors["output_softening"])
+        return harden(values, factors["output_softening"], factors["output_limit"])
 
     def state(self) -> dict:
         """Return all that the next epoch depends on."""

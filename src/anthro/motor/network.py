@@ -16,6 +16,7 @@ NORMALISATION = (
     "output_softening",
     "output_mean",
     "output_scale",
+    "output_limit",
 )
 
 
@@ -40,11 +41,18 @@ def soften(values: np.ndarray, softening: np.ndarray) -> np.ndarray:
     return values
 
 
-def harden(values: np.ndarray, softening: np.ndarray) -> np.ndarray:
-    """Undo :func:`soften`: ``s sinh(x)`` where s > 0, x itself where s is 0. A new array."""
+def harden(values: np.ndarray, softening: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Undo :func:`soften`: ``s sinh(x)`` where s > 0, x itself where s is 0. A new array.
+
+    Columns with a limit above 0 stay within it: the inverse grows so fast that a small error far
+    out would become a large one.
+    """
     values = np.array(values)
-    soft = np.flatnonzero(softening)
-    values[..., soft] = softening[soft] * np.sinh(values[..., soft])
+    soft, limited = np.flatnonzero(softening), np.flatnonzero(limit)
+    reach = np.arcsinh(limit[soft] / softening[soft])
+    reach = np.where(limit[soft] > 0.0, reach, np.inf)
+    values[..., soft] = softening[soft] * np.sinh(np.clip(values[..., soft], -reach, reach))
+    values[..., limited] = np.clip(values[..., limited], -limit[limited], limit[limited])
     return values
 
 
@@ -59,8 +67,9 @@ class FeedForward:
         Biases of each layer.
     normalisation : mapping of str to ndarray, optional
         ``input_softening``, ``input_mean``, ``input_scale`` (n_in,), ``output_softening``,
-        ``output_mean``, ``output_scale`` (n_out,): inputs become ``(soften(x) - mean) / scale``,
-        outputs ``harden(y * scale + mean)``. What is not given changes nothing.
+        ``output_mean``, ``output_scale``, ``output_limit`` (n_out,): inputs become
+        ``(soften(x) - mean) / scale``, outputs ``harden(y * scale + mean)``. What is not given
+        changes nothing.
     attrs : mapping, optional
         What is known about the network: name, spec, epoch, validation_mse.
 
@@ -113,7 +122,7 @@ class FeedForward:
             for matrix, bias in zip(folded[:-1], self.biases[:-1], strict=True)
         ]
         self._last = folded[-1], last_bias.astype(np.float32)
-        self._hard = self.normalisation["output_softening"] if scale["output_softening"].any() else None
+        self._bent = bool(scale["output_softening"].any() or scale["output_limit"].any())
 
     @property
     def n_in(self) -> int:
@@ -173,7 +182,8 @@ class FeedForward:
         return self._harden(z @ matrix.T + last_bias)
 
     def _harden(self, y: np.ndarray) -> np.ndarray:
-        return y if self._hard is None else harden(y, self._hard)
+        factors = self.normalisation
+        return harden(y, factors["output_softening"], factors["output_limit"]) if self._bent else y
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the network as one HDF5 file, atomically; the same network gives the same bytes.

@@ -49,7 +49,7 @@ class Postures:
         canonical = [solve(target) for target in targets]
         while True:
             start, end = self.rng.integers(len(targets), size=2)
-            self.teacher.pose = canonical[end]
+            self.teacher.aim_at_pose(canonical[end])
             yield self._state(canonical[start].q, canonical[end].q, targets[end])
 
     def _spread(self, bounds) -> float:

@@ -104,11 +104,18 @@ class Teacher:
         self._tone = np.full(body.muscle_count, self.gains.tone)
         self._start = np.zeros(body.dof_count)
         self.pose: Pose | None = None
+        self._target: np.ndarray | None = None
 
     def aim(self, target) -> Pose:
-        """Set the target (3,) m; returns its canonical pose."""
-        self.pose = self.kinematics.solve(target)
+        """Set the target (3,) m; returns its canonical pose, solved for once."""
+        if self._target is None or not np.array_equal(target, self._target):
+            self.pose = self.kinematics.solve(target)
+            self._target = np.array(target, float)
         return self.pose
+
+    def aim_at_pose(self, pose: Pose) -> None:
+        """Set a target by its canonical pose, solved for before."""
+        self.pose, self._target = pose, None
 
     def holding_state(self, q) -> tuple[np.ndarray, np.ndarray]:
         """Minimal-effort drive (n,) that holds pose ``q`` (m,) rad, and the strains (n,) there."""
@@ -147,7 +154,6 @@ class TeacherPolicy:
     def __init__(self, teacher: Teacher):
         self.teacher = teacher
         self.drive = np.zeros(teacher.body.muscle_count)
-        self._target = None
 
     def reset(self, simulator: Simulator, drive=None) -> None:
         """Begin at the simulator's state with neural drive (n,), zero when None."""
@@ -156,9 +162,7 @@ class TeacherPolicy:
 
     def activation(self, simulator: Simulator, target) -> np.ndarray:
         """Activations (n,) for the next control step towards ``target`` (3,) m."""
-        if self._target is None or not np.array_equal(target, self._target):
-            self.teacher.aim(target)
-            self._target = np.array(target, float)
+        self.teacher.aim(target)
         label = self.teacher.voluntary(simulator, self.drive)
         adjustment = reflex.reflex_adjustment(
             simulator.strain - self._strain, simulator.strain_rate - self._rate
