@@ -151,7 +151,7 @@ class Silent:
 def test_the_accumulated_reflex_alone_holds_the_arm(arm):
     """Without any voluntary command a pose stays: what makes the scheme work at all."""
     hold = Teacher(arm, 0.005)
-    for pose in (arm.q_rest, arm.q_rest + 0.2):
+    for pose in (arm.q_rest, arm.q_rest + 0.1):
         simulator, policy = arm.simulator(), NeuromuscularController(Silent(), ExactReflex())
         simulator.reset(pose)
         policy.reset(simulator, hold.holding_state(pose)[0])

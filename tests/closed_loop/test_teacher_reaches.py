@@ -36,7 +36,7 @@ def test_teacher_reaches_random_targets_one_after_the_other(arm, policy, simulat
 
 
 def test_teacher_holds_and_comes_back_from_a_push(arm, policy, simulator):
-    target = policy.teacher.kinematics.hand(arm.q_rest + 0.2)
+    target = policy.teacher.kinematics.hand(arm.q_rest + 0.1)
     advance(simulator, policy, target, 1.5)
     before = simulator.hand_position
     simulator.push((0.0, 20.0, 0.0))
@@ -67,6 +67,6 @@ def test_same_targets_same_bytes(arm):
     for _ in range(2):
         policy, simulator = TeacherPolicy(Teacher(arm, DEFAULT_STEP)), arm.simulator()
         policy.reset(simulator)
-        advance(simulator, policy, policy.teacher.kinematics.hand(arm.q_rest + 0.2), 0.5)
+        advance(simulator, policy, policy.teacher.kinematics.hand(arm.q_rest + 0.1), 0.5)
         ends.append(simulator.qpos.tobytes() + policy.drive.tobytes())
     assert ends[0] == ends[1]

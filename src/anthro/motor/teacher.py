@@ -69,8 +69,12 @@ class StaticPosture:
         self._still = np.zeros(body.dof_count)
 
     def problem(self, q) -> tuple[np.ndarray, np.ndarray]:
-        """Moment matrix (m, n) and holding torque (m,), N m, at rest in pose ``q``."""
-        self._simulator.reset(q)
+        """Moment matrix (m, n) and holding torque (m,), N m, at rest in pose ``q``.
+
+        A pose beyond the joint ranges counts as the nearest one within: muscles need not work
+        against the limit springs.
+        """
+        self._simulator.reset(np.clip(q, self._simulator.low, self._simulator.high))
         return effort_problem(self._simulator, self._still)
 
     def drive(self, q) -> tuple[np.ndarray, np.ndarray, float]:
