@@ -1,4 +1,4 @@
-# make run | test | report | lint, each with all its set-up. SCALE=smoke|laptop|paper, RUN=<name>.
+# make run | test | report | reference | lint, each with all its set-up. SCALE=smoke|laptop|paper, RUN=<name>.
 
 SCALE ?= laptop
 RUN ?= $(SCALE)
@@ -16,7 +16,7 @@ snakemake = snakemake --workflow-profile profiles/$(PROFILE) $(3) --config $(cal
 check = python -m anthro.config --check $(call settings,$(1),$(2))
 launch = python -m anthro.launch --run $(2) -- --workflow-profile profiles/$(PROFILE) $(quiet) --config $(call settings,$(1),$(2))
 
-.PHONY: run test report lint setup
+.PHONY: run test report reference lint setup
 
 run: setup
 	@$(call check,$(SCALE),$(RUN))
@@ -24,6 +24,9 @@ run: setup
 
 report: run
 	@$(call snakemake,$(SCALE),$(RUN),--report results/$(RUN)/report.zip)
+
+reference: run
+	@python -m anthro.reference --run results/$(RUN)
 
 lint: setup
 	ruff check .

@@ -103,6 +103,7 @@ rule scorecard:
     input:
         demos=[f"results/{{run}}/demos/{name}/rows.json" for name in registry.DEMOS],
         findings="results/{run}/ablations/rows.json",
+        nets="results/{run}/nets/rows.json",
     output:
         report(
             "results/{run}/scorecard.csv",

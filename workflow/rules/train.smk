@@ -46,3 +46,24 @@ rule final_net:
         "../../environment.yml"
     shell:
         "cp {input} {output} 2> {log}"
+
+
+rule outcome:
+    input:
+        code=source_files("anthro.learn.outcome"),
+        cards=lambda wildcards: [
+            f"results/{wildcards.run}/nets/{net}/round{number}/run_card.json"
+            for net in registry.NETS
+            for number in range(rounds_of(net))
+        ],
+    output:
+        "results/{run}/nets/rows.json",
+    log:
+        "results/{run}/logs/nets/outcome.log",
+    benchmark:
+        "results/{run}/benchmarks/nets/outcome.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    shell:
+        "python -m anthro.learn.outcome --cards {input.cards} --out {output} > {log} 2>&1"

@@ -57,7 +57,7 @@ def draw(run: Path) -> plt.Figure:
     plt.rcParams["savefig.dpi"] = DPI
     figure = plt.figure(figsize=(7.0, 3.35), layout="none")
     _strip(figure, pictures, rollout.at(times))
-    _height(figure.add_axes([0.065, 0.125, 0.395, 0.325]), rollout, times)
+    _height(figure.add_axes([0.075, 0.125, 0.385, 0.325]), rollout, times)
     _activation(figure.add_axes([0.555, 0.125, 0.425, 0.325]), rollout, body.muscle_groups)
     _legend(figure)
     return figure
@@ -126,7 +126,7 @@ def _height(axes: plt.Axes, rollout: Rollout, times: np.ndarray) -> None:
         axes.annotate(letter, (time, height), at, textcoords="offset points", size=7, weight="bold")
     low, high = rollout.hand[:, 2].min(), rollout.hand[:, 2].max()
     axes.set_ylim(low - 0.08 * (high - low), high + 0.3 * (high - low))
-    axes.set_ylabel("height of the hand (m)")
+    axes.set_ylabel("hand height (m)")
     if np.isfinite(rollout.target).any():
         axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.5))
 

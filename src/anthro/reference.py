@@ -1,0 +1,63 @@
+"""Copy a run's scorecard, figures, video and timings to ``results/reference/``, to be committed."""
+
+import argparse
+import csv
+import shutil
+import sys
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+
+from anthro import cli
+from anthro.errors import UserError
+from anthro.files import atomic
+from anthro.runcard import RunCard
+
+SUFFIXES = (".png", ".mp4")
+
+
+def seconds_by_stage(run: Path) -> dict[str, float]:
+    """Seconds of wall time of a run's jobs, from their benchmarks, summed over each stage."""
+    total: dict[str, float] = defaultdict(float)
+    benchmarks = run / "benchmarks"
+    for path in sorted(benchmarks.rglob("*.tsv")):
+        with path.open(newline="", encoding="utf-8") as file:
+            total[path.relative_to(benchmarks).parts[0]] += sum(
+                float(row["s"]) for row in csv.DictReader(file, delimiter="\t")
+            )
+    return {stage: round(seconds, 1) for stage, seconds in total.items()}
+
+
+def copy(run: Path, out: Path) -> list[str]:
+    """Copy scorecard and figures; the names of what was copied.
+
+    Raises
+    ------
+    UserError
+        When the run has no scorecard.
+    """
+    scorecard = run / "scorecard.csv"
+    if not scorecard.is_file():
+        raise UserError(f"{scorecard}: no such file; finish the run first")
+    figures = sorted(path for path in (run / "figures").rglob("*") if path.suffix in SUFFIXES)
+    names = {"scorecard.csv": scorecard} | {f"figures/{path.name}": path for path in figures}
+    for name, source in names.items():
+        with atomic(out / name) as partial:
+            shutil.copyfile(source, partial)
+    return list(names)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Copy and write the run card."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--run", required=True, type=Path, metavar="DIR", help="the run's folder, results/<run>")
+    parser.add_argument("--out", type=Path, default=Path("results/reference"), metavar="DIR", help="where to")
+    given = parser.parse_args(argv)
+    with RunCard(given.out / "run_card.json", spec={"run": given.run.name}) as card:
+        copied = copy(given.run, given.out)
+        card.note(files=copied, job_seconds=seconds_by_stage(given.run))
+    print(f"{given.out}: {len(copied)} files of {given.run}")
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run(main))
