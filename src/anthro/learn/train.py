@@ -32,7 +32,7 @@ from anthro.learn import checkpoint
 from anthro.learn.data import Pairs, load_pairs, normalisation, normalise
 from anthro.learn.networks import Network
 from anthro.learn.spec import TrainingSpec, read_spec
-from anthro.motor.network import FeedForward, harden
+from anthro.motor.network import FeedForward, harden, reach_of
 from anthro.progress import progress
 from anthro.runcard import RunCard
 from anthro.streams import stream
@@ -152,7 +152,8 @@ class Training:
         """Turn normalised outputs into the labels' own units, float64."""
         factors = self.normalisation
         values = outputs.numpy().astype(float) * factors["output_scale"] + factors["output_mean"]
-        return harden(values, factors["output_softening"], factors["output_limit"])
+        softening = factors["output_softening"]
+        return harden(values, softening, reach_of(softening, factors["output_limit"]))
 
     def state(self) -> dict:
         """Return all that the next epoch depends on."""

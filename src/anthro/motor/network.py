@@ -41,19 +41,22 @@ def soften(values: np.ndarray, softening: np.ndarray) -> np.ndarray:
     return values
 
 
-def harden(values: np.ndarray, softening: np.ndarray, limit: np.ndarray) -> np.ndarray:
+def reach_of(softening: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Largest softened value of each output, ``asinh(limit / s)``: no bound where the limit is 0."""
+    bounded = (softening > 0.0) & (limit > 0.0)
+    reach = np.where(softening > 0.0, np.inf, 0.0)
+    reach[bounded] = np.arcsinh(limit[bounded] / softening[bounded])
+    return reach
+
+
+def harden(values: np.ndarray, softening: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Undo :func:`soften`: ``s sinh(x)`` where s > 0, x itself where s is 0. A new array.
 
-    Columns with a limit above 0 stay within it: the inverse grows so fast that a small error far
-    out would become a large one.
+    Softened columns are kept within ``reach`` first: the inverse grows so fast that a small error
+    far out would become a large one.
     """
-    values = np.array(values)
-    soft, limited = np.flatnonzero(softening), np.flatnonzero(limit)
-    reach = np.arcsinh(limit[soft] / softening[soft])
-    reach = np.where(limit[soft] > 0.0, reach, np.inf)
-    values[..., soft] = softening[soft] * np.sinh(np.clip(values[..., soft], -reach, reach))
-    values[..., limited] = np.clip(values[..., limited], -limit[limited], limit[limited])
-    return values
+    bent = softening * np.sinh(np.maximum(np.minimum(values, reach), -reach))
+    return np.where(softening > 0.0, bent, values)
 
 
 class FeedForward:
@@ -122,7 +125,8 @@ class FeedForward:
             for matrix, bias in zip(folded[:-1], self.biases[:-1], strict=True)
         ]
         self._last = folded[-1], last_bias.astype(np.float32)
-        self._bent = bool(scale["output_softening"].any() or scale["output_limit"].any())
+        self._softening = self.normalisation["output_softening"]
+        self._reach = reach_of(self._softening, self.normalisation["output_limit"]).astype(np.float32)
 
     @property
     def n_in(self) -> int:
@@ -182,8 +186,7 @@ class FeedForward:
         return self._harden(z @ matrix.T + last_bias)
 
     def _harden(self, y: np.ndarray) -> np.ndarray:
-        factors = self.normalisation
-        return harden(y, factors["output_softening"], factors["output_limit"]) if self._bent else y
+        return harden(y, self._softening, self._reach) if self._reach.any() else y
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the network as one HDF5 file, atomically; the same network gives the same bytes.
