@@ -5,11 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from hypothesis import settings
 
 from anthro.body import Body
 from anthro.body.build import build
 from anthro.files import write_json
 from anthro.motor.network import FeedForward
+
+# The same examples every time, however busy the machine.
+settings.register_profile("anthro", deadline=None, derandomize=True)
+settings.load_profile("anthro")
 
 ROOT = Path(__file__).resolve().parents[1]
 MUSCLES = 29
