@@ -53,9 +53,10 @@ def test_numpy_and_torch_predict_the_same(x, seed):
     module, online = random_network(seed=seed)
     expected = reference(module, online, x)
     batch = online.predict(x)
-    np.testing.assert_allclose(batch, expected, rtol=1e-5, atol=1e-6 * max(1, np.abs(expected).max()))
+    # The softened output's sinh multiplies float32 rounding by up to eight.
+    np.testing.assert_allclose(batch, expected, rtol=1e-4, atol=1e-5 * max(1, np.abs(expected).max()))
     for row, y in zip(x, batch, strict=True):
-        np.testing.assert_allclose(online.predict(row), y, rtol=1e-5, atol=2e-6 * max(1, np.abs(y).max()))
+        np.testing.assert_allclose(online.predict(row), y, rtol=1e-4, atol=1e-5 * max(1, np.abs(y).max()))
 
 
 def test_full_size_predicts_as_torch_does_to_1e_6():
