@@ -6,6 +6,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from anthro import registry
+from anthro.body.parts import BODIES
 from anthro.config import ablation_spec, data_spec, load, net_spec, role_of
 from anthro.errors import UserError
 from anthro.files import canonical
@@ -23,6 +24,7 @@ except UserError as error:
 
 wildcard_constraints:
     run=settings["run"].replace(".", r"\."),
+    body="|".join(BODIES),
     limb="|".join(registry.LIMBS),
     net="|".join(registry.NETS),
     table="|".join(registry.ABLATIONS),
@@ -50,8 +52,17 @@ rule nakada2018:
     localrule: True
 
 
+rule zhou2021:
+    input:
+        [path.format(run=settings["run"]) for path in figures_of("zhou2021")],
+        f"results/{settings['run']}/body/inventory.html",
+        f"results/{settings['run']}/scorecard.csv",
+    localrule: True
+
+
 rule all:
     default_target: True
     input:
         rules.nakada2018.input,
+        rules.zhou2021.input,
     localrule: True

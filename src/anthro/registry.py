@@ -87,6 +87,10 @@ DEMOS = {
 }
 
 FIGURES = {
+    "fig02_body": Figure("nakada2018"),
+    "fig03_neck": Figure("nakada2018"),
+    "fig04_arm": Figure("nakada2018"),
+    "fig05_leg": Figure("nakada2018"),
     "fig11_voluntary_training": Figure("nakada2018"),
     "fig13_reflex_training": Figure("nakada2018"),
     "fig21_arm_on_off": Figure("nakada2018"),
@@ -97,6 +101,8 @@ FIGURES = {
     "reach_error": Figure("nakada2018"),
     "timing": Figure("nakada2018"),
     "solver_comparison": Figure("nakada2018"),
+    "fig03_body": Figure("zhou2021"),
+    "joint_sweeps": Figure("zhou2021"),
 }
 
 

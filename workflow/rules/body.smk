@@ -1,17 +1,28 @@
+# Tables to bodies, and what is measured on a body before anything learns on it.
+
+
+def tables_of(body):
+    """The anatomy that a body is made of."""
+    regions = [path for name in BODIES[body].regions for path in Path("config/body", name).glob("*.csv")]
+    return sorted(map(str, [*Path("config/body").glob("*.csv"), *regions]))
+
+
 rule body:
     input:
         code=source_files("anthro.body.build"),
-        tables=sorted(str(path) for path in Path("config/body").rglob("*.csv")),
+        tables=lambda wildcards: tables_of(wildcards.body),
     output:
-        model="results/{run}/body/{limb}/model.mjb",
-        muscles="results/{run}/body/{limb}/muscles.csv",
-        joints="results/{run}/body/{limb}/joints.csv",
-        fit="results/{run}/body/{limb}/fit.json",
-        card="results/{run}/body/{limb}/run_card.json",
+        model="results/{run}/body/{body}/model.mjb",
+        muscles="results/{run}/body/{body}/muscles.csv",
+        joints="results/{run}/body/{body}/joints.csv",
+        ligaments="results/{run}/body/{body}/ligaments.csv",
+        contacts="results/{run}/body/{body}/contacts.csv",
+        fit="results/{run}/body/{body}/fit.json",
+        card="results/{run}/body/{body}/run_card.json",
     log:
-        "results/{run}/logs/body/{limb}.log",
+        "results/{run}/logs/body/{body}.log",
     benchmark:
-        "results/{run}/benchmarks/body/{limb}.tsv"
+        "results/{run}/benchmarks/body/{body}.tsv"
     conda:
         "../../environment.yml"
     threads: 1
@@ -19,4 +30,81 @@ rule body:
         seed=settings["seed"],
         folder=subpath(output.model, parent=True),
     shell:
-        "python -m anthro.body.build --body {wildcards.limb} --seed {params.seed} --out {params.folder} > {log} 2>&1"
+        "python -m anthro.body.build --body {wildcards.body} --seed {params.seed} --out {params.folder} > {log} 2>&1"
+
+
+rule body_check:
+    input:
+        code=source_files("anthro.body.check"),
+        body=body_of("{body}"),
+        tables=lambda wildcards: tables_of(wildcards.body),
+        references=sorted(map(str, Path("config/body/references").glob("*.csv"))),
+    output:
+        rows="results/{run}/body/{body}/check/rows.json",
+        report="results/{run}/body/{body}/check/report.json",
+        card="results/{run}/body/{body}/check/run_card.json",
+    log:
+        "results/{run}/logs/body/{body}_check.log",
+    benchmark:
+        "results/{run}/benchmarks/body/{body}_check.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        seed=settings["seed"],
+        sizes=settings["sizes"]["body"],
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+        folder=subpath(output.rows, parent=True),
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.body.check --variant {wildcards.body}"
+        " --body {params.body} --seed {params.seed} --poses {params.sizes[poses]} --seconds {params.sizes[seconds]}"
+        " --starts {params.sizes[starts]} --out {params.folder} > {log} 2>&1"
+
+
+rule body_benchmark:
+    input:
+        code=source_files("anthro.body.benchmark"),
+        body=body_of("zhou2021"),
+    output:
+        rows="results/{run}/body/zhou2021/benchmark/rows.json",
+        metrics="results/{run}/body/zhou2021/benchmark/metrics.json",
+        card="results/{run}/body/zhou2021/benchmark/run_card.json",
+    log:
+        "results/{run}/logs/body/benchmark.log",
+    benchmark:
+        "results/{run}/benchmarks/body/benchmark.tsv"
+    conda:
+        "../../environment.yml"
+    threads: workflow.cores
+    params:
+        seconds=settings["sizes"]["body"]["benchmark_seconds"],
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+        folder=subpath(output.rows, parent=True),
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.body.benchmark --body {params.body}"
+        " --seconds {params.seconds} --out {params.folder} > {log} 2>&1"
+
+
+rule inventory:
+    input:
+        code=source_files("anthro.body.inventory"),
+        body=body_of("zhou2021"),
+        tables=tables_of("zhou2021"),
+    output:
+        report(
+            "results/{run}/body/inventory.html",
+            caption="../report/inventory.rst",
+            category="zhou2021",
+            labels={"figure": "Inventory"},
+        ),
+    log:
+        "results/{run}/logs/body/inventory.log",
+    benchmark:
+        "results/{run}/benchmarks/body/inventory.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+    shell:
+        "python -m anthro.body.inventory --body {params.body} --out {output} > {log} 2>&1"

@@ -7,9 +7,10 @@
 TRAINED = ("weights.h5", "loss.csv", "run_card.json")
 
 
-def body_of(limb):
+def body_of(body):
     """The parts of a body that later stages read."""
-    return [f"results/{{run}}/body/{limb}/{name}" for name in ("model.mjb", "muscles.csv", "joints.csv")]
+    parts = ("model.mjb", "muscles.csv", "joints.csv", "ligaments.csv", "contacts.csv")
+    return [f"results/{{run}}/body/{body}/{name}" for name in parts]
 
 
 def rounds_of(net):
@@ -88,7 +89,7 @@ def needs_of(figure):
     for need in figure_told(figure)["needs"]:
         stage, _, name = need.partition("/")
         if stage == "body":
-            files += body_of("right_arm")
+            files += body_of(name)
         elif stage == "nets":
             files += [f"results/{{run}}/nets/{name}/round{number}/loss.csv" for number in range(rounds_of(name))]
         elif stage == "demos":

@@ -101,6 +101,8 @@ rule solvers:
 
 rule scorecard:
     input:
+        bodies=[f"results/{{run}}/body/{name}/check/rows.json" for name in ("zhou2021", "nakada2018")],
+        benchmark="results/{run}/body/zhou2021/benchmark/rows.json",
         demos=[f"results/{{run}}/demos/{name}/rows.json" for name in registry.DEMOS],
         findings="results/{run}/ablations/rows.json",
         nets="results/{run}/nets/rows.json",

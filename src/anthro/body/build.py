@@ -1,4 +1,4 @@
-"""Build a body from its tables: ``python -m anthro.body.build --body right_arm --out DIR``."""
+"""Build a body from its tables: ``python -m anthro.body.build --body zhou2021 --out DIR``."""
 
 from __future__ import annotations
 
@@ -11,45 +11,76 @@ import mujoco
 import numpy as np
 
 from anthro import cli
-from anthro.body.builder import compose
-from anthro.body.fit import FiberFit, fit_fibers, path_lengths, sample_postures
-from anthro.body.parts import body_plan, load_part
+from anthro.body.builder import Builder, compose
+from anthro.body.fit import FiberFit, fit_fibers, twins_share
+from anthro.body.meshes import MeshLibrary
+from anthro.body.parts import absent_muscles, body_plan, both_sides, left_name, load_part
+from anthro.body.postures import PostureSampler
 from anthro.errors import UserError
 from anthro.files import atomic, write_json
 from anthro.runcard import RunCard
 from anthro.streams import stream
 
 SAMPLES = 8000
+SPECIFIC_TENSION = 60e4  # N/m^2, of all muscles: Rajagopal et al. 2016, 60 N/cm^2
+CM2 = 1e-4
+
+
+def assemble(name: str, tables: Path) -> tuple[Builder, mujoco.MjModel, list]:
+    """Compose and compile the named body; returns the builder, the model and its joints' rows."""
+    plan = body_plan(name)
+    absent = absent_muscles(plan, tables)
+    parts = [load_part(region, tables) for region in plan.regions]
+    known = {muscle.muscle for part in parts for muscle in part.muscles}
+    if absent - known:
+        raise UserError(f"{tables / plan.absent}: {sorted(absent - known)[0]} is no muscle")
+    if plan.both_sides:
+        parts = [both_sides(part) for part in parts]
+        absent = absent | {left_name(muscle) for muscle in absent}
+    builder = compose(plan, parts, MeshLibrary(tables), absent)
+    model = builder.compile()
+    rows = {joint.joint: joint for part in parts for joint in part.joints}
+    hinges = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
+    return builder, model, [rows[model.joint(int(j)).name] for j in hinges]
 
 
 def build(name: str, tables: Path, out: Path, seed: int) -> FiberFit:
     """Compose the named body, fit its fibers and write model, tables and fit report to ``out``."""
-    plan = body_plan(name)
-    parts = [load_part(part, tables) for part in plan.parts]
-    joints = [joint for part in parts for joint in part.joints]
-    muscles = [muscle for part in parts for muscle in part.muscles]
+    tables, out = Path(tables), Path(out)
     with RunCard(out / "run_card.json", spec={"body": name, "samples": SAMPLES}, seed=seed) as card:
-        model = compose(plan, parts)
-        postures = sample_postures(model.jnt_range, SAMPLES, stream(seed, f"body.fit.{name}"))
-        optimal = np.array([muscle.optimal_fiber_length_m for muscle in muscles])
-        fit = fit_fibers(path_lengths(model, postures), optimal)
+        builder, model, joints = assemble(name, tables)
+        muscles, plan = builder.muscles, builder.plan
+        sampler = PostureSampler(model)
+        postures = sampler.draw(SAMPLES, stream(seed, f"body.fit.{name}"))
+        lengths = np.array([sampler.lengths(posture)[: len(muscles)] for posture in postures])
+        twins = twins_share(lengths, [muscle.muscle for muscle in muscles])
+        fit = fit_fibers(twins, np.array([muscle.optimal_fiber_length_m for muscle in muscles]))
         out.mkdir(parents=True, exist_ok=True)
         with atomic(out / "model.mjb") as path:
             mujoco.mj_saveModel(model, str(path))
-        _write_rows(out / "joints.csv", map(_joint_row, joints))
+        _write_rows(out / "joints.csv", [_joint_row(joint, plan.rest_deg) for joint in joints])
         _write_rows(out / "muscles.csv", [_muscle_row(m, fit, i) for i, m in enumerate(muscles)])
+        _write_rows(out / "ligaments.csv", _ligament_rows(builder, model), "ligament,stiffness,damping,slack_low,slack_high")
+        _write_rows(
+            out / "contacts.csv",
+            [{"contact": c.contact, "radius": repr(c.radius_m), "surfaces": c.surfaces} for c in builder.contacts],
+            "contact,radius,surfaces",
+        )
         write_json(out / "fit.json", _report(muscles, fit))
         card.note(muscles=len(muscles), dof=len(joints), fibers_outside=int(fit.outside.sum()))
     return fit
 
 
-def _joint_row(joint) -> dict:
-    low, high, rest = np.deg2rad([joint.min_deg, joint.max_deg, joint.rest_deg])
+def _joint_row(joint, rest_deg: dict) -> dict:
+    right = joint.joint[:-2] + "_r" if joint.joint.endswith("_l") else joint.joint
+    rest = rest_deg.get(right, joint.rest_deg)
+    low, high, rest = np.deg2rad([joint.min_deg, joint.max_deg, rest])
     return {
         "joint": joint.joint,
         "min": repr(float(low)),
         "max": repr(float(high)),
         "rest": repr(float(rest)),
+        "stiffness": repr(joint.stiffness_Nm_rad),
         "damping": repr(joint.damping_Nms_rad),
     }
 
@@ -58,16 +89,30 @@ def _muscle_row(muscle, fit: FiberFit, index: int) -> dict:
     return {
         "muscle": muscle.muscle,
         "group": muscle.group,
-        "max_force": repr(muscle.max_force_N),
+        "max_force": repr(muscle.pcsa_cm2 * CM2 * SPECIFIC_TENSION),
         "slack_length": repr(float(fit.slack_length[index])),
         "tendon_length": repr(float(fit.tendon_length[index])),
     }
 
 
-def _write_rows(path: Path, rows) -> None:
-    rows = list(rows)
+def _ligament_rows(builder: Builder, model: mujoco.MjModel) -> list[dict]:
+    spans = model.tendon_lengthspring[len(builder.muscles) :]
+    return [
+        {
+            "ligament": row.ligament,
+            "stiffness": repr(row.stiffness_N_m),
+            "damping": repr(row.damping_Ns_m),
+            "slack_low": repr(float(low)),
+            "slack_high": repr(float(high)),
+        }
+        for row, (low, high) in zip(builder.ligaments, spans, strict=True)
+    ]
+
+
+def _write_rows(path: Path, rows: list[dict], header: str = "") -> None:
+    names = list(rows[0]) if rows else header.split(",")
     with atomic(path) as temporary, temporary.open("w", newline="") as target:
-        writer = csv.DictWriter(target, list(rows[0]), lineterminator="\n")
+        writer = csv.DictWriter(target, names, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
 
@@ -89,7 +134,7 @@ def _report(muscles, fit: FiberFit) -> dict:
 
 def main(argv=None) -> int:
     parser = argparse.ArgumentParser(prog="anthro.body.build", description=__doc__)
-    parser.add_argument("--body", required=True, help="body to build, e.g. right_arm")
+    parser.add_argument("--body", required=True, help="body to build: zhou2021, nakada2018 or right_arm")
     parser.add_argument("--tables", type=Path, default=Path("config/body"), help="anatomy tables")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sampled postures")
     parser.add_argument("--out", type=Path, required=True, help="folder to write")

@@ -1,25 +1,30 @@
-"""Compose a MuJoCo model (MjSpec) from a list of parts."""
+"""Compose a MuJoCo model (MjSpec) from regions of anatomy.
+
+Every body frame is parallel to the world in the neutral posture, its origin at the joint centre,
+so that zero angles are the neutral posture and the tables' numbers need no turning.
+"""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
 
-from anthro.body.parts import BodyPlan, Part
-from anthro.body.source import Source
+from anthro.body.meshes import MeshLibrary, mirrored
+from anthro.body.parts import BodyPlan, Part, left_name
 from anthro.errors import UserError
 
-_OBJ = mujoco.mjtObj
 BONE_COLOUR = (0.90, 0.87, 0.80, 1.0)
-WRAP_GROUP = 4
-JOINT_TYPES = {"hinge": mujoco.mjtJoint.mjJNT_HINGE}
+BONE_GROUP, WRAP_GROUP, SITE_GROUP = 0, 4, 5
+ARMATURE = 1e-4  # kg m^2: keeps the mass matrix of the smallest bones well conditioned
+ROOT = "root"
+GEOMETRY = {"sphere": mujoco.mjtGeom.mjGEOM_SPHERE, "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER}
 
 
 class Builder:
-    """Adds parts to one MjSpec: bones with their meshes, joints, then muscle paths."""
+    """Adds parts to one MjSpec: bones with their surfaces, joints, then what runs between them."""
 
-    def __init__(self, plan: BodyPlan):
-        self.plan = plan
+    def __init__(self, plan: BodyPlan, meshes: MeshLibrary, absent: set[str] = frozenset()):
+        self.plan, self.meshes, self._absent = plan, meshes, absent
         self.spec = mujoco.MjSpec()
         self.spec.modelname = plan.name
         self.spec.option.timestep = 0.005
@@ -30,39 +35,76 @@ class Builder:
         self.spec.option.disableflags = int(
             mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
         )
-        self._bodies = {}
-        self._source_bodies = {}
-        self._sources = {}
+        self._bodies, self._origins, self._raised = {}, {}, np.zeros(3)
+        self.muscles, self.ligaments, self.contacts = [], [], []
 
-    def add(self, part: Part) -> None:
-        """Add one part; its parents must have been added before."""
-        source = self._sources.setdefault(part.source_model, Source.load(part.source_model))
+    def add_skeleton(self, part: Part) -> None:
+        """Add one region's bones and, where they move, its joints; parents must be there."""
         for bone in part.bones:
-            self._add_bone(source, bone)
+            self._add_bone(bone)
+        if part.name not in self.plan.moving:
+            return
         for joint in part.joints:
+            axis = np.array(joint.axis)
             self._bone(joint.bone, joint.joint).add_joint(
                 name=joint.joint,
-                type=self._joint_type(joint),
-                axis=joint.axis,
+                type=mujoco.mjtJoint.mjJNT_HINGE,
+                axis=axis / np.linalg.norm(axis),
                 limited=mujoco.mjtLimited.mjLIMITED_TRUE,
                 range=np.deg2rad([joint.min_deg, joint.max_deg]),
+                stiffness=[joint.stiffness_Nm_rad, 0.0, 0.0],
                 damping=[joint.damping_Nms_rad, 0.0, 0.0],
-                armature=1e-4,
+                armature=ARMATURE,
             )
-        for muscle in part.muscles:
-            self._add_path(source, muscle.muscle, muscle.source_tendon)
 
-    @staticmethod
-    def _joint_type(joint) -> mujoco.mjtJoint:
-        if joint.kind not in JOINT_TYPES:
-            known = ", ".join(JOINT_TYPES)
-            raise UserError(f"joint {joint.joint}: unknown kind {joint.kind!r}, known are {known}")
-        return JOINT_TYPES[joint.kind]
+    def add_muscles(self, part: Part) -> None:
+        """Add one region's muscle paths, one tendon each, in the tables' order."""
+        if part.name not in self.plan.muscular:
+            return
+        for wrap in part.wraps:
+            self._add_wrap(wrap)
+        for muscle in part.muscles:
+            if muscle.muscle in self._absent:
+                continue
+            tendon = self.spec.add_tendon(name=muscle.muscle)
+            for row in part.paths[muscle.muscle]:
+                site = f"{row.muscle}_{row.order}"
+                if row.kind == "wrap":
+                    tendon.wrap_geom(row.wrap, self._side_site(site, row))
+                else:
+                    tendon.wrap_site(self._add_site(site, row.bone, row.point))
+            self.muscles.append(muscle)
+
+    def add_ligaments(self, part: Part) -> None:
+        """Add the region's ligaments that join bones which move against each other."""
+        for row in part.ligaments:
+            ends = [self._moving_part(bone) for bone, _ in row.ends]
+            if ends[0] == ends[1]:
+                continue
+            tendon = self.spec.add_tendon(
+                name=row.ligament, stiffness=[row.stiffness_N_m, 0.0, 0.0], damping=[row.damping_Ns_m, 0.0, 0.0]
+            )
+            for end, (bone, point) in zip("ab", row.ends, strict=True):
+                tendon.wrap_site(self._add_site(f"{row.ligament}_{end}", bone, point))
+            self.ligaments.append(row)
+
+    def add_contacts(self, part: Part) -> None:
+        """Add a site for each sphere that may touch ground or seat."""
+        for row in part.contacts:
+            self._add_site(f"contact_{row.contact}", row.bone, row.point)
+            self.contacts.append(row)
 
     def compile(self) -> mujoco.MjModel:
-        """The finished model; one tendon a muscle, in the tables' order."""
-        hand = self._bone(self.plan.hand_bone, "the hand")
-        hand.add_site(name="hand", pos=self.plan.hand_point_m, group=5)
+        """The finished model: muscles' tendons first, then the ligaments' with their rest lengths."""
+        if self.plan.hand:
+            self._bone(self.plan.hand, "the hand").add_site(name="hand", group=SITE_GROUP)
+        model = self.spec.compile()
+        first = len(self.muscles)
+        rest = model.tendon_length0[first:]
+        struts = np.array([row.kind == "strut" for row in self.ligaments], bool)
+        low = np.where(struts, rest, 0.0)
+        for row, low_end, high_end in zip(self.ligaments, low, rest, strict=True):
+            self.spec.tendon(row.ligament).springlength = (low_end, high_end)
         return self.spec.compile()
 
     def _bone(self, name: str, of: str):
@@ -70,92 +112,94 @@ class Builder:
             raise UserError(f"{self.plan.name}: {of} hangs on {name!r}, which is no bone before it")
         return self._bodies[name]
 
-    def _add_bone(self, source: Source, bone) -> None:
-        index = source.body(bone.source_body)
+    def _moving_part(self, bone: str) -> str:
+        """The nearest bone up the tree that has joints, to which ``bone`` is welded."""
+        body = self._bone(bone, "a ligament")
+        while body.name and body.name != "world" and not body.joints:
+            body = body.parent
+        return body.name
+
+    def _add_bone(self, bone) -> None:
+        origin = np.array(bone.origin)
         if bone.parent == "world":
-            parent, parent_index = self.spec.worldbody, None
+            parent, place = self.spec.worldbody, origin.copy()
+            if self.plan.root_height_m is not None:
+                place[2] = self.plan.root_height_m
         else:
             parent = self._bone(bone.parent, bone.bone)
-            parent_index = self._source_bodies[bone.parent]
-        position, quaternion = source.relative_pose(index, parent_index)
-        body = parent.add_body(name=bone.bone, pos=position, quat=quaternion)
-        self._bodies[bone.bone], self._source_bodies[bone.bone] = body, index
-        if bone.mass_kg > 0.0:
-            body.explicitinertial = True
-            body.mass = bone.mass_kg
-            body.ipos = source.model.body_ipos[index]
-            body.iquat = source.model.body_iquat[index]
-            scale = bone.mass_kg / source.model.body_mass[index]
-            body.inertia = source.model.body_inertia[index] * scale
-        for geom in source.mesh_geoms(index):
-            self._add_mesh(source, body, bone.bone, geom)
+            place = origin - self._origins[bone.parent]
+        body = parent.add_body(name=bone.bone, pos=place)
+        if bone.parent == "world" and self.plan.root_free:
+            body.add_freejoint(name=ROOT)
+        self._bodies[bone.bone], self._origins[bone.bone] = body, origin
+        gyration = np.array(bone.gyration) ** 2
+        body.explicitinertial = True
+        body.mass = bone.mass_kg
+        body.ipos = np.array(bone.com) - origin
+        body.inertia = bone.mass_kg * gyration
+        mesh = self.meshes.get(bone.mesh)
+        if bone.bone != left_name(bone.bone[:-2] + "_r") or not bone.bone.endswith("_l"):
+            self._add_mesh(body, bone.bone, mesh, origin)
+        else:
+            self._add_mesh(body, bone.bone, mirrored(mesh), origin)
 
-    def _add_mesh(self, source: Source, body, name: str, geom: int) -> None:
-        vertices, faces = source.mesh(geom)
+    def _add_mesh(self, body, name: str, mesh, origin: np.ndarray) -> None:
         self.spec.add_mesh(
             name=name,
-            uservert=np.asarray(vertices, float).ravel(),
-            userface=np.asarray(faces, np.int32).ravel(),
+            uservert=np.asarray(mesh.vertices - origin, float).ravel(),
+            userface=np.asarray(mesh.faces, np.int32).ravel(),
             inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
         )
         body.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname=name,
-            pos=source.model.geom_pos[geom],
-            quat=source.model.geom_quat[geom],
             rgba=BONE_COLOUR,
             contype=0,
             conaffinity=0,
             mass=0.0,
-            group=0,
+            group=BONE_GROUP,
         )
 
-    def _owner(self, source: Source, source_body: int):
-        for bone, index in self._source_bodies.items():
-            if index == source_body:
-                return self._bodies[bone]
-        name = source.name(_OBJ.mjOBJ_BODY, source_body)
-        raise UserError(f"path runs over {name}, which is no bone of {self.plan.name}")
-
-    def _add_site(self, source: Source, name: str) -> str:
-        if self.spec.site(name) is None:
-            index = mujoco.mj_name2id(source.model, _OBJ.mjOBJ_SITE, name)
-            owner = self._owner(source, source.model.site_bodyid[index])
-            owner.add_site(name=name, pos=source.model.site_pos[index], group=WRAP_GROUP)
+    def _add_site(self, name: str, bone: str, point) -> str:
+        body = self._bone(bone, name)
+        body.add_site(name=name, pos=np.array(point) - self._origins[bone], group=SITE_GROUP)
         return name
 
-    def _add_wrap(self, source: Source, name: str) -> str:
-        if self.spec.geom(name) is None:
-            index = mujoco.mj_name2id(source.model, _OBJ.mjOBJ_GEOM, name)
-            owner = self._owner(source, source.model.geom_bodyid[index])
-            owner.add_geom(
-                name=name,
-                type=mujoco.mjtGeom(source.model.geom_type[index]),
-                size=source.model.geom_size[index],
-                pos=source.model.geom_pos[index],
-                quat=source.model.geom_quat[index],
-                contype=0,
-                conaffinity=0,
-                mass=0.0,
-                group=WRAP_GROUP,
-            )
-        return name
+    def _side_site(self, name: str, row) -> str:
+        if None in row.side_point:
+            return ""
+        wrap = self.spec.geom(row.wrap)
+        if wrap is None:
+            raise UserError(f"{self.plan.name}: {row.muscle} wraps over {row.wrap!r}, which is no wrap")
+        return self._add_site(f"{name}_side", wrap.parent.name, row.side_point)
 
-    def _add_path(self, source: Source, name: str, source_tendon: str) -> None:
-        tendon = self.spec.add_tendon(name=name)
-        for element in source.path(source_tendon):
-            if element.kind == "site":
-                tendon.wrap_site(self._add_site(source, element.name))
-            else:
-                side = element.side_site
-                side = self._add_site(source, side) if side else ""
-                tendon.wrap_geom(self._add_wrap(source, element.name), side)
+    def _add_wrap(self, wrap) -> None:
+        quaternion, half_length = np.array([1.0, 0.0, 0.0, 0.0]), 0.0
+        if wrap.kind == "cylinder":
+            if None in (*wrap.axis, wrap.half_length_m):
+                raise UserError(f"{self.plan.name}: cylinder {wrap.wrap} lacks its axis or half length")
+            axis, half_length = np.array(wrap.axis), wrap.half_length_m
+            mujoco.mju_quatZ2Vec(quaternion, axis / np.linalg.norm(axis))
+        self._bone(wrap.bone, wrap.wrap).add_geom(
+            name=wrap.wrap,
+            type=GEOMETRY[wrap.kind],
+            size=(wrap.radius_m, half_length, 0.0),
+            pos=np.array(wrap.point) - self._origins[wrap.bone],
+            quat=quaternion,
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            group=WRAP_GROUP,
+        )
 
 
-def compose(plan: BodyPlan, parts: list[Part]) -> mujoco.MjModel:
-    """Compile the body that ``plan`` names from its parts, added in order."""
-    builder = Builder(plan)
+def compose(plan: BodyPlan, parts: list[Part], meshes: MeshLibrary, absent: set[str] = frozenset()) -> Builder:
+    """The body that ``plan`` names, from its parts in order, ready to compile."""
+    builder = Builder(plan, meshes, absent)
     for part in parts:
-        builder.add(part)
-    return builder.compile()
+        builder.add_skeleton(part)
+    for add in (builder.add_muscles, builder.add_ligaments, builder.add_contacts):
+        for part in parts:
+            add(part)
+    return builder

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 SHORTEST, LONGEST = 0.6, 1.08  # fiber length over l0 at the ends of the sampled lengths
+SHORTEST_OF_ALL = 0.54
 HARD_LIMITS = (0.5, 1.6)
 
 
@@ -37,21 +38,13 @@ class FiberFit:
         return (self.shortest < HARD_LIMITS[0]) | (self.longest > HARD_LIMITS[1])
 
 
-def sample_postures(q_range: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Postures (count, m) in rad: uniform in the joint ranges, the corners of the box among them."""
-    low, high = q_range.T
-    q = rng.uniform(low, high, (count, len(low)))
-    corner = rng.integers(0, 2, (count // 4, len(low)))
-    q[: len(corner)] = np.where(corner, high, low)
-    return q
-
-
 def path_lengths(model: mujoco.MjModel, postures: np.ndarray) -> np.ndarray:
     """Tendon path lengths (count, n) m at postures (count, m) rad."""
     data = mujoco.MjData(model)
+    hinges = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE]
     lengths = np.empty((len(postures), model.ntendon))
     for row, q in enumerate(postures):
-        data.qpos[:] = q
+        data.qpos[hinges] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_tendon(model, data)
@@ -59,12 +52,20 @@ def path_lengths(model: mujoco.MjModel, postures: np.ndarray) -> np.ndarray:
     return lengths
 
 
+def twins_share(lengths: np.ndarray, names: list[str]) -> np.ndarray:
+    """Lengths (2 count, n): each muscle's and its twin's pooled, so that both sides get one fit."""
+    index = {name: i for i, name in enumerate(names)}
+    other = {"r": "l", "l": "r"}
+    twin = [index.get(f"{n[:-1]}{other.get(n[-1], n[-1])}", i) for i, n in enumerate(names)]
+    return np.sort(np.concatenate([lengths, lengths[:, twin]]), axis=0)
+
+
 def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray) -> FiberFit:
     """Fit slack and tendon lengths to sampled path lengths.
 
     The longest path (99.5 % quantile, so that one odd corner does not decide) gets a fiber of
     1.08 l0, where the passive spring pulls with half the muscle's strength; l0 is the source's
-    unless the excursion needs more.
+    unless the excursion needs more: 0.6 l0 at the 0.5 % quantile, 0.54 l0 at the shortest of all.
 
     Parameters
     ----------
@@ -73,6 +74,7 @@ def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray) -> FiberFit:
     """
     low, high = np.quantile(lengths, [0.005, 0.995], axis=0)
     slack = np.maximum(optimal_length, (high - low) / (LONGEST - SHORTEST))
+    slack = np.maximum(slack, (high - lengths.min(0)) / (LONGEST - SHORTEST_OF_ALL))
     slack = np.minimum(slack, high / LONGEST)  # a tendon is never shorter than nothing
     tendon = high - LONGEST * slack
     return FiberFit(

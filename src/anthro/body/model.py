@@ -11,16 +11,45 @@ import numpy as np
 
 from anthro.errors import UserError
 
+ROOT_VELOCITIES = ("root_x", "root_y", "root_z", "root_roll", "root_pitch", "root_yaw")
+SURFACES = ("ground", "seat")
+
 
 @dataclass(frozen=True)
-class Body:
-    """A compiled body of m degrees of freedom and n muscles.
+class Contacts:
+    """Spheres on the bones that meet what the body stands or sits on.
 
     Attributes
     ----------
-    model : MuJoCo model; tendon i is the path of muscle i, site ``hand`` the end effector.
-    q_rest : (m,) rad.  q_range : (m, 2) rad.  joint_damping : (m,) N m s/rad.
+    names : (k,) names.  sites : (k,) MuJoCo sites of the centres.  radius : (k,) m.
+    surfaces : (k,) which of :data:`SURFACES` each of them can meet.
+    """
+
+    names: tuple[str, ...]
+    sites: np.ndarray
+    radius: np.ndarray
+    surfaces: tuple[frozenset[str], ...]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A compiled body of m hinges, n muscles and k ligaments, its root fixed or free.
+
+    Attributes
+    ----------
+    model : MuJoCo model; tendons are the muscles' paths, then the ligaments'. Hinges come in the order of
+        ``dof_names``, behind the root joint of a body whose root is free.
+    q_rest : (m,) rad.  q_range : (m, 2) rad.
+    joint_stiffness : (m,) N m/rad, about angle 0.  joint_damping : (m,) N m s/rad.
     max_force : (n,) N.  slack_length, tendon_length : (n,) m.
+    ligament_stiffness : (k,) N/m.  ligament_damping : (k,) N s/m.
+    ligament_slack : (k, 2) m, the lengths between which a ligament is without force: twice its rest length for
+        a strut, 0 and its rest length for a cord.
+    contacts : spheres that meet ground or seat.
+    hand_site : MuJoCo site of the end effector, None where there is none.
     """
 
     name: str
@@ -28,16 +57,25 @@ class Body:
     dof_names: tuple[str, ...]
     q_rest: np.ndarray
     q_range: np.ndarray
+    joint_stiffness: np.ndarray
     joint_damping: np.ndarray
     muscle_names: tuple[str, ...]
     muscle_groups: tuple[str, ...]
     max_force: np.ndarray
     slack_length: np.ndarray
     tendon_length: np.ndarray
-    hand_site: int
+    ligament_names: tuple[str, ...]
+    ligament_stiffness: np.ndarray
+    ligament_damping: np.ndarray
+    ligament_slack: np.ndarray
+    contacts: Contacts
+    hand_site: int | None
+    root_free: bool
 
     dof_count = property(lambda self: len(self.dof_names))
     muscle_count = property(lambda self: len(self.muscle_names))
+    ligament_count = property(lambda self: len(self.ligament_names))
+    velocity_names = property(lambda self: ROOT_VELOCITIES * self.root_free + self.dof_names)
 
     @classmethod
     def load(cls, folder: Path) -> Body:
@@ -54,44 +92,65 @@ class Body:
         except ValueError as error:
             line = str(error).strip().splitlines()[0]
             raise UserError(f"{folder / 'model.mjb'}: cannot be loaded ({line})") from None
-        joints = _columns(
-            folder / "joints.csv", names=("joint",), numbers=("min", "max", "rest", "damping")
+        root_free = bool((model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any())
+        joints = _columns(folder / "joints.csv", ("joint",), ("min", "max", "rest", "stiffness", "damping"))
+        muscles = _columns(folder / "muscles.csv", ("muscle", "group"), ("max_force", "slack_length", "tendon_length"))
+        ligaments = _columns(
+            folder / "ligaments.csv", ("ligament",), ("stiffness", "damping", "slack_low", "slack_high")
         )
-        muscles = _columns(
-            folder / "muscles.csv",
-            names=("muscle", "group"),
-            numbers=("max_force", "slack_length", "tendon_length"),
-        )
-        if len(joints["joint"]) != model.nv or len(muscles["muscle"]) != model.ntendon:
+        hinges, tendons = len(joints["joint"]), len(muscles["muscle"]) + len(ligaments["ligament"])
+        if hinges != model.nv - 6 * root_free or tendons != model.ntendon:
             raise UserError(f"{folder}: tables and model.mjb disagree; build the body again")
+        hand = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "hand")
         return cls(
             name=folder.name,
             model=model,
             dof_names=tuple(joints["joint"]),
             q_rest=joints["rest"],
             q_range=np.stack([joints["min"], joints["max"]], axis=1),
+            joint_stiffness=joints["stiffness"],
             joint_damping=joints["damping"],
             muscle_names=tuple(muscles["muscle"]),
             muscle_groups=tuple(muscles["group"]),
             max_force=muscles["max_force"],
             slack_length=muscles["slack_length"],
             tendon_length=muscles["tendon_length"],
-            hand_site=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "hand"),
+            ligament_names=tuple(ligaments["ligament"]),
+            ligament_stiffness=ligaments["stiffness"],
+            ligament_damping=ligaments["damping"],
+            ligament_slack=np.stack([ligaments["slack_low"], ligaments["slack_high"]], axis=1),
+            contacts=_contacts(folder / "contacts.csv", model),
+            hand_site=None if hand < 0 else hand,
+            root_free=root_free,
         )
 
-    def simulator(self, step: float | None = None):
-        """A fresh :class:`~anthro.body.simulator.Simulator` at rest."""
+    def simulator(self, step: float | None = None, world=None):
+        """A fresh :class:`~anthro.body.simulator.Simulator` at rest in ``world``, nothing around it when None."""
         from anthro.body.simulator import DEFAULT_STEP, Simulator
 
-        return Simulator(self, DEFAULT_STEP if step is None else step)
+        return Simulator(self, DEFAULT_STEP if step is None else step, world)
+
+
+def _contacts(path: Path, model: mujoco.MjModel) -> Contacts:
+    table = _columns(path, ("contact", "surfaces"), ("radius",))
+    sites = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"contact_{name}") for name in table["contact"]]
+    surfaces = tuple(frozenset(text.split()) for text in table["surfaces"])
+    for name, site, met in zip(table["contact"], sites, surfaces, strict=True):
+        if site < 0:
+            raise UserError(f"{path}: model.mjb has no site contact_{name}; build the body again")
+        if not met or not met <= set(SURFACES):
+            raise UserError(f"{path}: {name}: surfaces must be of {', '.join(SURFACES)}")
+    return Contacts(tuple(table["contact"]), np.array(sites, int), table["radius"], surfaces)
 
 
 def _columns(path: Path, names: tuple[str, ...], numbers: tuple[str, ...]) -> dict:
+    """Columns of a table: lists of str for ``names``, arrays for ``numbers``."""
     if not path.is_file():
         raise UserError(f"{path}: missing; build the body first")
     with path.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    missing = [name for name in names + numbers if not rows or name not in rows[0]]
+        reader = csv.DictReader(stream)
+        rows = list(reader)
+    missing = [name for name in names + numbers if name not in (reader.fieldnames or ())]
     if missing:
         raise UserError(f"{path}: column {missing[0]} is missing")
     columns = {name: [row[name] for row in rows] for name in names}

@@ -1,58 +1,88 @@
-"""The parts of which bodies are composed: a body is a list of parts, not a script."""
+"""Regions of anatomy and the bodies composed of them: a body is a list of parts, not a script."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from anthro.body.tables import Bone, Joint, Muscle, read_table
+from anthro.body.tables import (
+    Absent,
+    Bone,
+    Contact,
+    Joint,
+    Ligament,
+    Muscle,
+    PathPoint,
+    Wrap,
+    read_table,
+)
 from anthro.errors import UserError
+
+REGIONS = ("core", "neck", "arm", "leg")
 
 
 @dataclass(frozen=True)
 class Part:
-    """One region of anatomy.
-
-    Attributes
-    ----------
-    name : table folder below ``config/body``.
-    source_model : myo-sim model that bones, meshes and paths are copied from.
-    """
+    """One region's tables, as authored (``sides`` R) or completed by :func:`both_sides`."""
 
     name: str
-    source_model: str
     bones: tuple[Bone, ...]
     joints: tuple[Joint, ...]
     muscles: tuple[Muscle, ...]
+    paths: dict[str, tuple[PathPoint, ...]]
+    wraps: tuple[Wrap, ...]
+    ligaments: tuple[Ligament, ...]
+    contacts: tuple[Contact, ...]
 
 
 @dataclass(frozen=True)
 class BodyPlan:
-    """A body: its parts in order, and the bone and point that count as its hand."""
+    """What a body is made of.
+
+    Attributes
+    ----------
+    regions : its regions in order, each parent before its child.
+    moving : regions whose joints are free; the others' bones are welded.
+    muscular : regions whose muscles are there.
+    both_sides : with the left twins, or the right side alone.
+    absent : table of right fascicles, below ``config/body``, that this body lacks.
+    root_free : the pelvis floats; otherwise it is fixed at ``root_height_m``.
+    rest_deg : rest angles of joints other than their table's, right side's name.
+    hand : bone whose origin counts as the hand's point, or None.
+    """
 
     name: str
-    parts: tuple[str, ...]
-    hand_bone: str
-    hand_point_m: tuple[float, float, float]
+    regions: tuple[str, ...]
+    moving: tuple[str, ...]
+    muscular: tuple[str, ...]
+    both_sides: bool = True
+    absent: str | None = None
+    root_free: bool = False
+    root_height_m: float | None = None
+    rest_deg: dict[str, float] = field(default_factory=dict)
+    hand: str | None = None
 
 
-SOURCES = {"arm": "myoarm_r"}
-# The hand's point: the head of the third metacarpal's shaft, in the middle of the palm.
+# Seated: thighs level, shanks upright, so the hips stand as high as the knees do in standing.
+SEATED = {"hip_flexion_r": 85.0, "knee_flexion_r": 85.0, "patella_flexion_r": 55.0}
 BODIES = {
-    "right_arm": BodyPlan("right_arm", ("arm",), "metacarpal_3", (0.0, 0.0, 0.0)),
-}
-
-
-def load_part(name: str, tables: Path) -> Part:
-    """Read one part's three tables from ``tables/<name>``."""
-    folder = Path(tables) / name
-    return Part(
-        name=name,
-        source_model=SOURCES[name],
-        bones=tuple(read_table(folder / "bones.csv", Bone)),
-        joints=tuple(read_table(folder / "joints.csv", Joint)),
-        muscles=tuple(read_table(folder / "muscles.csv", Muscle)),
+    plan.name: plan
+    for plan in (
+        BodyPlan("zhou2021", REGIONS, REGIONS, REGIONS, root_free=True),
+        BodyPlan(
+            "nakada2018",
+            REGIONS,
+            ("neck", "arm", "leg"),
+            ("neck", "arm", "leg"),
+            absent="neck/absent_nakada2018.csv",
+            root_height_m=0.50,
+            rest_deg=SEATED,
+        ),
+        BodyPlan(
+            "right_arm", ("core", "arm"), ("arm",), ("arm",), both_sides=False, hand="metacarpal_3_r"
+        ),
     )
+}
 
 
 def body_plan(name: str) -> BodyPlan:
@@ -60,3 +90,146 @@ def body_plan(name: str) -> BodyPlan:
     if name not in BODIES:
         raise UserError(f"unknown body {name!r}: known are {', '.join(sorted(BODIES))}")
     return BODIES[name]
+
+
+def load_part(name: str, tables: Path) -> Part:
+    """Read one region's tables from ``tables/<name>``.
+
+    Raises
+    ------
+    UserError
+        A table is missing or wrong, a muscle has no path, or a path no muscle.
+    """
+    folder = Path(tables) / name
+    muscles = tuple(read_table(folder / "muscles.csv", Muscle))
+    return Part(
+        name=name,
+        bones=tuple(read_table(folder / "bones.csv", Bone)),
+        joints=tuple(read_table(folder / "joints.csv", Joint)),
+        muscles=muscles,
+        paths=_paths(folder / "paths.csv", muscles),
+        wraps=_optional(folder / "wraps.csv", Wrap),
+        ligaments=_optional(folder / "ligaments.csv", Ligament),
+        contacts=_optional(folder / "contacts.csv", Contact),
+    )
+
+
+def absent_muscles(plan: BodyPlan, tables: Path) -> set[str]:
+    """Right fascicles that the plan's body lacks."""
+    if plan.absent is None:
+        return set()
+    return {row.muscle for row in read_table(Path(tables) / plan.absent, Absent)}
+
+
+def _optional(path: Path, row_type: type) -> tuple:
+    return tuple(read_table(path, row_type)) if path.exists() else ()
+
+
+def _paths(path: Path, muscles: tuple[Muscle, ...]) -> dict[str, tuple[PathPoint, ...]]:
+    paths = {muscle.muscle: [] for muscle in muscles}
+    for row in read_table(path, PathPoint):
+        if row.muscle not in paths:
+            raise UserError(f"{path}: {row.muscle} is no muscle of this region")
+        paths[row.muscle].append(row)
+    for name, rows in paths.items():
+        rows.sort(key=lambda row: row.order)
+        ends = [row.kind for row in rows if row.kind in ("origin", "insertion")]
+        if len(rows) < 2 or ends != ["origin", "insertion"] or rows[0].kind != "origin" != rows[-1].kind:
+            raise UserError(f"{path}: {name} does not run from one origin to one insertion")
+        if rows[-1].kind != "insertion":
+            raise UserError(f"{path}: {name} ends in a {rows[-1].kind}, not in an insertion")
+        for row in rows:
+            wanted = row.wrap if row.kind == "wrap" else row.bone and None not in row.point
+            if not wanted:
+                raise UserError(f"{path}: {name} {row.order}: {row.kind} lacks its cells")
+    return {name: tuple(rows) for name, rows in paths.items()}
+
+
+def left_name(name: str) -> str:
+    """The left twin's name; midline names stay."""
+    return name[:-2] + "_l" if name.endswith("_r") else name
+
+
+def is_paired(name: str) -> bool:
+    """Whether a bone, joint, muscle or wrap of this name has a left twin."""
+    return name.endswith("_r")
+
+
+def both_sides(part: Part) -> Part:
+    """The region with the left twin after every right row: y mirrored, equal angles mirror motions."""
+    return replace(
+        part,
+        bones=_twinned(part.bones, _left_bone),
+        joints=_twinned(part.joints, _left_joint),
+        muscles=_twinned(part.muscles, lambda row: replace(row, muscle=left_name(row.muscle))),
+        paths=part.paths
+        | {left_name(n): tuple(map(_left_point, rows)) for n, rows in part.paths.items() if is_paired(n)},
+        wraps=_twinned(part.wraps, _left_wrap),
+        ligaments=_twinned(part.ligaments, _left_ligament),
+        contacts=_twinned(part.contacts, _left_contact),
+    )
+
+
+def _twinned(rows: tuple, mirror) -> tuple:
+    out = []
+    for row in rows:
+        out.append(row)
+        if is_paired(next(iter(vars(row).values()))):
+            out.append(mirror(row))
+    return tuple(out)
+
+
+def _left_bone(row: Bone) -> Bone:
+    return replace(
+        row,
+        bone=left_name(row.bone),
+        parent=left_name(row.parent),
+        origin_y_m=-row.origin_y_m,
+        com_y_m=-row.com_y_m,
+    )
+
+
+def _left_joint(row: Joint) -> Joint:
+    return replace(
+        row,
+        joint=left_name(row.joint),
+        bone=left_name(row.bone),
+        axis_x=-row.axis_x,
+        axis_z=-row.axis_z,
+    )
+
+
+def _left_point(row: PathPoint) -> PathPoint:
+    return replace(
+        row,
+        muscle=left_name(row.muscle),
+        bone=left_name(row.bone),
+        y_m=_minus(row.y_m),
+        wrap=left_name(row.wrap),
+        side_y_m=_minus(row.side_y_m),
+    )
+
+
+def _left_wrap(row: Wrap) -> Wrap:
+    return replace(
+        row, wrap=left_name(row.wrap), bone=left_name(row.bone), y_m=-row.y_m, axis_y=_minus(row.axis_y)
+    )
+
+
+def _left_ligament(row: Ligament) -> Ligament:
+    return replace(
+        row,
+        ligament=left_name(row.ligament),
+        bone_a=left_name(row.bone_a),
+        ay_m=-row.ay_m,
+        bone_b=left_name(row.bone_b),
+        by_m=-row.by_m,
+    )
+
+
+def _left_contact(row: Contact) -> Contact:
+    return replace(row, contact=left_name(row.contact), bone=left_name(row.bone), y_m=-row.y_m)
+
+
+def _minus(value: float | None) -> float | None:
+    return None if value is None else -value

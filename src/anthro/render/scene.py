@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from zlib import crc32
 
 import mujoco
 import numpy as np
@@ -21,20 +22,21 @@ GROUP_COLOURS = {
     "forearm": "#CC79A7",
     "wrist": "#009E73",
 }
+# Other groups: the legs' like the joints of the arm above, the trunk's and neck's by their name.
+LEG_COLOURS = {"hip": "#D55E00", "knee": "#0072B2", "ankle": "#009E73"}
+TRUNK_COLOURS = ("#D55E00", "#CC79A7", "#E69F00", "#B5495B", "#8C5A2B")
 BONE_COLOUR = "#EADFC8"
 CONTEXT_COLOUR = "#E6E3DE"
 TARGET_COLOUR = "#F0C800"
 
 
-def bones(model: mujoco.MjModel, colour: str = BONE_COLOUR) -> dict[int, Mesh]:
+def bones(model: mujoco.MjModel) -> dict[int, Mesh]:
     """Meshes of the model's bones, one for all that move as one.
 
     Parameters
     ----------
     model : mujoco.MjModel
-        Its mesh geoms are drawn.
-    colour : str
-        sRGB, ``#rrggbb``.
+        Its mesh geoms are drawn; those that never move are a shade paler.
 
     Returns
     -------
@@ -44,19 +46,29 @@ def bones(model: mujoco.MjModel, colour: str = BONE_COLOUR) -> dict[int, Mesh]:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     pieces: dict[int, list[Mesh]] = {}
-    for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH):
+    for geom in mesh_geoms(model):
         body = int(model.body_weldid[model.geom_bodyid[geom]])
-        mesh_id = model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[mesh_id], model.mesh_vertnum[mesh_id]
-        vertices = model.mesh_vert[first : first + count].astype(float)
-        first, count = model.mesh_faceadr[mesh_id], model.mesh_facenum[mesh_id]
-        faces = model.mesh_face[first : first + count].astype(np.int64)
         to_body = data.xmat[body].reshape(3, 3).T
         rotation = to_body @ data.geom_xmat[geom].reshape(3, 3)
         position = to_body @ (data.geom_xpos[geom] - data.xpos[body])
-        mesh = make_mesh(vertices, faces, linear_rgb(colour))
+        mesh = geom_mesh(model, geom, BONE_COLOUR if body else CONTEXT_COLOUR)
         pieces.setdefault(body, []).append(move(mesh, rotation, position))
     return {body: join(meshes) for body, meshes in pieces.items()}
+
+
+def mesh_geoms(model: mujoco.MjModel) -> np.ndarray:
+    """Geoms (k,) that are bone surfaces."""
+    return np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)
+
+
+def geom_mesh(model: mujoco.MjModel, geom: int, colour: str) -> Mesh:
+    """A mesh geom's surface in its own frame, m, in an sRGB colour ``#rrggbb``."""
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    vertices = model.mesh_vert[first : first + count].astype(float)
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    faces = model.mesh_face[first : first + count].astype(np.int64)
+    return make_mesh(vertices, faces, linear_rgb(colour))
 
 
 def muscle_paths(model: mujoco.MjModel, data: mujoco.MjData) -> list[np.ndarray]:
@@ -115,10 +127,16 @@ def _without_repeats(path: np.ndarray) -> np.ndarray:
     return path[keep]
 
 
+def group_colour(group: str) -> str:
+    """Colour ``#rrggbb`` of any group of muscles, always the same one."""
+    known = GROUP_COLOURS | LEG_COLOURS
+    return known.get(group, TRUNK_COLOURS[crc32(group.encode()) % len(TRUNK_COLOURS)])
+
+
 def muscle_colour(group: str, activation: float) -> tuple[np.ndarray, float]:
     """Colour (3,), linear RGB, and glow of a muscle: its group's hue, brighter with activation."""
     share = np.sqrt(np.clip(activation, 0.0, 1.0))
-    hue = linear_rgb(GROUP_COLOURS[group])
+    hue = linear_rgb(group_colour(group))
     return hue * (0.25 + 0.75 * share), 0.5 * share
 
 
@@ -136,7 +154,7 @@ def muscles(
     paths : sequence of ndarray (k, 3)
         Of each of n muscles, m.
     groups : sequence of str
-        Of each muscle: a key of `GROUP_COLOURS`.
+        Of each muscle.
     activation : ndarray (n,)
         0 to 1.
     tendon_radius, belly_radius : float

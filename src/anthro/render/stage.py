@@ -7,7 +7,6 @@ import numpy as np
 
 from anthro.body import Body
 from anthro.render.camera import Camera
-from anthro.render.context import trunk
 from anthro.render.mesh import join, sphere
 from anthro.render.raytrace import Part, Studio
 from anthro.render.rollout import Rollout
@@ -24,15 +23,12 @@ class Stage:
     Parameters
     ----------
     body : Body
-    with_trunk : bool
-        Draw the trunk's bones around the limb.
     """
 
-    def __init__(self, body: Body, with_trunk: bool = True) -> None:
+    def __init__(self, body: Body) -> None:
         self.body = body
         self._data = mujoco.MjData(body.model)
-        self._bones = {name: Part(mesh).bake() for name, mesh in bones(body.model).items()}
-        self._trunk = [Part(trunk()).bake()] if with_trunk else []
+        self._bones = {index: Part(mesh).bake() for index, mesh in bones(body.model).items()}
 
     def _move(self, qpos: np.ndarray) -> None:
         data = self._data
@@ -61,8 +57,8 @@ class Stage:
             Valid until the next call.
         """
         self._move(qpos)
-        paths = muscle_paths(self.body.model, self._data)
-        drawn = [*self._trunk, *self._bones.values()]
+        paths = muscle_paths(self.body.model, self._data)[: self.body.muscle_count]
+        drawn = [*self._bones.values()]
         drawn.append(Part(join(muscles(paths, self.body.muscle_groups, activation))))
         if target is not None and np.isfinite(target).all():
             drawn.append(Part(sphere(np.asarray(target, float), TARGET_RADIUS, TARGET_COLOUR)))
@@ -70,7 +66,7 @@ class Stage:
 
     def outline(self, rollout: Rollout, frames: int = 40) -> np.ndarray:
         """Points (k, 3), m, around all that a rollout shows, from `frames` instants of it."""
-        points = [part.outline() for part in self._trunk]
+        points = []
         for index in np.linspace(0, len(rollout.time) - 1, frames).astype(int):
             self._move(rollout.qpos[index])
             points += [part.outline() for part in self._bones.values()]

@@ -1,0 +1,111 @@
+"""Random postures that a body can take: its driven joints drawn, its passive ones settled.
+
+A vertebra or a bone of the shoulder girdle does not reach the ends of its three angles at once: their
+shares of the half ranges are drawn inside the unit ball.
+
+Ribs, sternum and patellae are passive joints (the q_p of Zhou et al. 2021, Appendix B, Eq. 3): no
+posture holds them apart from what ligaments and joint springs allow. They are settled where the
+energy of those is least.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+PASSIVE = ("rib", "sternum_", "patella_")
+# Joints that bend together: each such chain is drawn bent as a whole in a part of the postures.
+CHAINS = {
+    "flexion": ("_flexion", "CTL"),
+    "lateral": ("_lateral", "CTL"),
+    "axial": ("_axial", "CTL"),
+}
+LIMBS = ("shoulder", "hip")  # ball joints whose three ranges were measured one by one
+SETTLING_STEPS = 4
+SPREAD = 0.25  # of the half range, by which joints of a chain that is bent as a whole differ
+
+
+class PostureSampler:
+    """Draws postures of one compiled model.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Joints with stiffness about zero, and tendons of which those with stiffness are ligaments.
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        self.model, self._data = model, mujoco.MjData(model)
+        joints = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
+        names = [model.joint(int(j)).name for j in joints]
+        self._qpos, self._dof = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        self.low, self.high = model.jnt_range[joints].T
+        self._chains = [
+            np.array([i for i, n in enumerate(names) if ending in n and n[0] in levels], int)
+            for ending, levels in CHAINS.values()
+        ]
+        bones = model.jnt_bodyid[joints]
+        limb = np.array([name.startswith(LIMBS) for name in names], bool)
+        self._balls = [
+            np.flatnonzero(bones == bone)
+            for bone in np.unique(bones[~limb])
+            if np.count_nonzero(bones == bone) == 3
+        ]
+        self._passive = np.array([i for i, n in enumerate(names) if n.startswith(PASSIVE)], int)
+        self._stiffness = model.jnt_stiffness[joints][self._passive]
+        self._ligaments = np.flatnonzero(model.tendon_stiffness > 0.0)
+        self._spring = model.tendon_stiffness[self._ligaments]
+
+    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Postures (count, m) rad: uniform in the ranges, a quarter at corners, half with bent chains."""
+        middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
+        share = rng.uniform(-1.0, 1.0, (count, len(middle)))
+        corner = rng.integers(0, 2, (count // 4, len(middle)))
+        share[: len(corner)] = np.where(corner, 1.0, -1.0)
+        for chain in self._chains:
+            bent = rng.random(count) < 0.5
+            whole = rng.uniform(-1.0, 1.0, (count, 1)) + SPREAD * rng.uniform(-1.0, 1.0, (count, len(chain)))
+            share[np.ix_(bent, chain)] = np.clip(whole[bent], -1.0, 1.0)
+        for ball in self._balls:
+            share[:, ball] /= np.maximum(1.0, np.linalg.norm(share[:, ball], axis=1, keepdims=True))
+        postures = middle + half * share
+        if len(self._passive):
+            postures[:, self._passive] = 0.0
+            for posture in postures:
+                self.settle(posture)
+        return postures
+
+    def settle(self, posture: np.ndarray) -> None:
+        """Move the passive joints of ``posture`` (m,) rad, in place, to rest under ligaments and springs."""
+        if not len(self._passive):
+            return
+        columns, low, high = self._dof[self._passive], self.low[self._passive], self.high[self._passive]
+        for _ in range(SETTLING_STEPS):
+            stretch, slopes = self._stretch(posture)
+            slopes = slopes[:, columns]
+            angle = posture[self._passive]
+            gradient = slopes.T @ (self._spring * stretch) + self._stiffness * angle
+            curvature = (slopes.T * self._spring) @ slopes + np.diag(self._stiffness + 1e-3)
+            posture[self._passive] = np.clip(angle - np.linalg.solve(curvature, gradient), low, high)
+
+    def lengths(self, posture: np.ndarray) -> np.ndarray:
+        """Path lengths (t,) m of all tendons at a posture (m,) rad."""
+        data = self._data
+        data.qpos[self._qpos] = posture
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        mujoco.mj_tendon(self.model, data)
+        return data.ten_length.copy()
+
+    def _stretch(self, posture) -> tuple[np.ndarray, np.ndarray]:
+        """How far each ligament is from rest, m, and its slopes dl/dq (k, nv)."""
+        model, data, rows = self.model, self._data, self._ligaments
+        low, high = model.tendon_lengthspring[rows].T
+        length = self.lengths(posture)[rows]
+        slopes = np.zeros((len(rows), model.nv))
+        for row, tendon in enumerate(rows):
+            first, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
+            slopes[row, model.ten_J_colind[first : first + count]] = data.ten_J[first : first + count]
+        stretch = length - np.clip(length, low, high)
+        slopes[stretch == 0.0] = 0.0
+        return stretch, slopes

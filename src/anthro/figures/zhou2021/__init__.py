@@ -1,0 +1,1 @@
+"""Figures of Zhou, Nakada and Terzopoulos (2021)."""
