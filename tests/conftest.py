@@ -34,6 +34,20 @@ def arm(arm_folder):
     return Body.load(arm_folder)
 
 
+@pytest.fixture(scope="session")
+def whole_folder(tmp_path_factory):
+    """Folder of the whole body, its fibers fitted over few postures."""
+    folder = tmp_path_factory.mktemp("body") / "zhou2021"
+    build("zhou2021", ROOT / "config" / "body", folder, seed=1, samples=300)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def whole(whole_folder):
+    """The built whole body."""
+    return Body.load(whole_folder)
+
+
 def random_network(n_in, n_out, hidden, seed, scale):
     """He-initialised network whose outputs are about ``scale``."""
     rng = np.random.default_rng(seed)

@@ -127,9 +127,9 @@ def test_a_stretched_muscle_contracts(arm):
     simulator.reset(q)
     adjustment = reflex.reflex_adjustment(simulator.strain - before, np.zeros(29))
     index = {name: i for i, name in enumerate(arm.muscle_names)}
-    for flexor in ("BIClong", "BICshort", "BRA", "BRD"):
+    for flexor in ("BIClong_r", "BICshort_r", "BRA_r", "BRD_r"):
         assert adjustment[index[flexor]] > 0.02
-    for extensor in ("TRIlong", "TRIlat", "TRImed", "ANC"):
+    for extensor in ("TRIlong_r", "TRIlat_r", "TRImed_r", "ANC_r"):
         assert adjustment[index[extensor]] < -0.02
     torque = -simulator.jacobian.T @ simulator.muscle_force(np.clip(0.2 + adjustment, 0.0, 1.0))
     relaxed = -simulator.jacobian.T @ simulator.muscle_force(np.full(29, 0.2))

@@ -3,7 +3,8 @@
 ``python -m anthro.body.benchmark --body results/laptop/body/zhou2021 --out DIR``
 
 Both are driven by noise of one kind in all their muscles and start in their own default posture on their own ground:
-ours with steps of 5 and 7 ms of its own integrator, MyoFullBody as shipped with its own step by ``mj_step``.
+ours with steps of 5 and 7 ms of its own integrator, MyoFullBody as shipped with its own step by ``mj_step``. Time is
+processor time, which is clock time for one thread on an idle core, and is disturbed less by other work on the machine.
 """
 
 from __future__ import annotations
@@ -59,22 +60,22 @@ def noise(count: int, width: int, step: float, rng: np.random.Generator) -> np.n
 
 
 def ours(body: Body, step: float, activation: np.ndarray) -> float:
-    """Wall time in s of a rollout of ``body`` on level ground under ``activation`` (steps, n)."""
+    """Processor time in s of a rollout of ``body`` on level ground under ``activation`` (steps, n)."""
     simulator = Simulator(body, step, World())
-    started = time.perf_counter()
+    started = time.process_time()
     for row in activation:
         simulator.step(row)
-    return time.perf_counter() - started
+    return time.process_time() - started
 
 
 def peers(model: mujoco.MjModel, control: np.ndarray) -> float:
-    """Wall time in s of ``mj_step`` under ``control`` (steps, n)."""
+    """Processor time in s of ``mj_step`` under ``control`` (steps, n)."""
     data = mujoco.MjData(model)
-    started = time.perf_counter()
+    started = time.process_time()
     for row in control:
         data.ctrl[:] = row
         mujoco.mj_step(model, data)
-    return time.perf_counter() - started
+    return time.process_time() - started
 
 
 def peer_model() -> mujoco.MjModel:
@@ -85,7 +86,7 @@ def peer_model() -> mujoco.MjModel:
 
 
 def measure(body: Body, seconds: float, repeats: int, seed: int) -> dict[str, list[float]]:
-    """Real-time factors of each round: simulated over wall time, by candidate, taking turns."""
+    """Real-time factors of each round: simulated over processor time, by candidate, taking turns."""
     peer = peer_model()
     calls = {f"ours_{1e3 * step:g}ms": (partial(ours, body, step), step, body.muscle_count) for step in STEPS}
     calls[PEER] = (partial(peers, peer), peer.opt.timestep, peer.nu)
@@ -101,7 +102,7 @@ def measure(body: Body, seconds: float, repeats: int, seed: int) -> dict[str, li
 
 
 def stages(body: Body, step: float, seed: int) -> dict[str, float]:
-    """Median wall time in s of the parts of one step, and of the whole step, along a rollout."""
+    """Median processor time in s of the parts of one step, and of the whole step, along a rollout."""
     simulator = Simulator(body, step, World())
     model, data, touch = simulator.model, simulator.data, simulator._touch
     activation = noise(STAGE_STEPS, body.muscle_count, step, stream(seed, "body.benchmark.stages"))
@@ -118,9 +119,9 @@ def stages(body: Body, step: float, seed: int) -> dict[str, float]:
     times = {name: [] for name in parts}
     for row in activation:
         for name, call in parts.items():  # all but the last leave the state as it is
-            started = time.perf_counter()
+            started = time.process_time()
             call(row)
-            times[name].append(time.perf_counter() - started)
+            times[name].append(time.process_time() - started)
     medians = {name: float(np.median(values[STAGE_STEPS // 10 :])) for name, values in times.items()}
     whole = medians.pop("whole step")
     return medians | {"rest": max(whole - sum(medians.values()), 0.0), "whole step": whole}

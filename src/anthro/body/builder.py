@@ -76,8 +76,10 @@ class Builder:
             self.muscles.append(muscle)
 
     def add_ligaments(self, part: Part) -> None:
-        """Add the region's ligaments that join bones which move against each other."""
+        """Add the region's ligaments that join bones of this body which move against each other."""
         for row in part.ligaments:
+            if any(bone not in self._bodies for bone, _ in row.ends):
+                continue
             ends = [self._moving_part(bone) for bone, _ in row.ends]
             if ends[0] == ends[1]:
                 continue

@@ -133,14 +133,12 @@ def _paths(path: Path, muscles: tuple[Muscle, ...]) -> dict[str, tuple[PathPoint
         paths[row.muscle].append(row)
     for name, rows in paths.items():
         rows.sort(key=lambda row: row.order)
-        ends = [row.kind for row in rows if row.kind in ("origin", "insertion")]
-        if len(rows) < 2 or ends != ["origin", "insertion"] or rows[0].kind != "origin" != rows[-1].kind:
+        kinds = [row.kind for row in rows]
+        inner = {"via", "wrap"}
+        if kinds[:1] != ["origin"] or kinds[-1:] != ["insertion"] or not set(kinds[1:-1]) <= inner:
             raise UserError(f"{path}: {name} does not run from one origin to one insertion")
-        if rows[-1].kind != "insertion":
-            raise UserError(f"{path}: {name} ends in a {rows[-1].kind}, not in an insertion")
         for row in rows:
-            wanted = row.wrap if row.kind == "wrap" else row.bone and None not in row.point
-            if not wanted:
+            if not (row.wrap if row.kind == "wrap" else row.bone and None not in row.point):
                 raise UserError(f"{path}: {name} {row.order}: {row.kind} lacks its cells")
     return {name: tuple(rows) for name, rows in paths.items()}
 

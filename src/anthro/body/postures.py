@@ -1,7 +1,7 @@
 """Random postures that a body can take: its driven joints drawn, its passive ones settled.
 
-A vertebra or a bone of the shoulder girdle does not reach the ends of its three angles at once: their
-shares of the half ranges are drawn inside the unit ball.
+A bone with three angles does not reach the ends of all at once: their shares of the half ranges are
+kept inside the unit ball.
 
 Ribs, sternum and patellae are passive joints (the q_p of Zhou et al. 2021, Appendix B, Eq. 3): no
 posture holds them apart from what ligaments and joint springs allow. They are settled where the
@@ -20,7 +20,6 @@ CHAINS = {
     "lateral": ("_lateral", "CTL"),
     "axial": ("_axial", "CTL"),
 }
-LIMBS = ("shoulder", "hip")  # ball joints whose three ranges were measured one by one
 SETTLING_STEPS = 4
 SPREAD = 0.25  # of the half range, by which joints of a chain that is bent as a whole differ
 
@@ -45,23 +44,16 @@ class PostureSampler:
             for ending, levels in CHAINS.values()
         ]
         bones = model.jnt_bodyid[joints]
-        limb = np.array([name.startswith(LIMBS) for name in names], bool)
-        self._balls = [
-            np.flatnonzero(bones == bone)
-            for bone in np.unique(bones[~limb])
-            if np.count_nonzero(bones == bone) == 3
-        ]
+        self._balls = [np.flatnonzero(bones == bone) for bone in np.unique(bones) if np.count_nonzero(bones == bone) == 3]
         self._passive = np.array([i for i, n in enumerate(names) if n.startswith(PASSIVE)], int)
         self._stiffness = model.jnt_stiffness[joints][self._passive]
         self._ligaments = np.flatnonzero(model.tendon_stiffness > 0.0)
         self._spring = model.tendon_stiffness[self._ligaments]
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Postures (count, m) rad: uniform in the ranges, a quarter at corners, half with bent chains."""
+        """Postures (count, m) rad: uniform in the ranges, half of them with bent chains."""
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
         share = rng.uniform(-1.0, 1.0, (count, len(middle)))
-        corner = rng.integers(0, 2, (count // 4, len(middle)))
-        share[: len(corner)] = np.where(corner, 1.0, -1.0)
         for chain in self._chains:
             bent = rng.random(count) < 0.5
             whole = rng.uniform(-1.0, 1.0, (count, 1)) + SPREAD * rng.uniform(-1.0, 1.0, (count, len(chain)))

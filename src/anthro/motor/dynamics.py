@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from anthro.body import hill
-from anthro.body.simulator import Simulator, limit_torque
+from anthro.body.simulator import Simulator
 
 STEP = 0.1  # h of Eq. 7, s
 REDUCTION = 0.1  # gamma, the error reduction rate
@@ -20,16 +20,10 @@ def pose_acceleration(q, v, goal, goal_velocity=0.0, step=STEP, reduction=REDUCT
 def required_torque(simulator: Simulator, acceleration) -> np.ndarray:
     """Joint torque (m,) N m that the muscles must make for an acceleration (m,) rad/s^2.
 
-    Inverse dynamics at the simulator's present state, gravity, Coriolis terms, joint damping and
-    limit springs included.
+    Inverse dynamics of a fixed root at the simulator's present state, gravity, Coriolis terms, joint
+    springs, joint damping and limit springs included.
     """
-    data, body = simulator.data, simulator.body
-    return (
-        simulator.mass @ acceleration
-        + data.qfrc_bias
-        + body.joint_damping * data.qvel
-        - limit_torque(data.qpos, data.qvel, simulator.low, simulator.high)
-    )
+    return simulator.mass @ acceleration + simulator.data.qfrc_bias - simulator.joint_torque()
 
 
 def effort_problem(simulator: Simulator, acceleration) -> tuple[np.ndarray, np.ndarray]:

@@ -19,8 +19,11 @@ BELLY_COLOUR, TENDON_COLOUR, LIGAMENT_COLOUR = "#B03A30", "#F1EBDD", "#8FA6B8"
 SPECIFIC_TENSION = 60e4  # N/m^2, with which the tables' areas became forces
 # A belly is drawn thinner than its area asks: a line's neighbours stay in sight.
 RADIUS_SHARE = 0.5
+PROXIMAL_TENDON = 0.25  # share of a muscle's tendon that lies at its origin
 WIDEST = 0.16  # of a belly: radius over length
 CARTILAGE_RADIUS, LIGAMENT_RADIUS = 0.0045, 0.0020
+# Springs that stand for contact, or for a cartilage's bending, are no bands to be seen.
+STAND_INS = ("_bend_", "scapulothoracic_", "_sling_")
 FOV_DEG = 10.0
 WHITE = linear_rgb("#FFFFFF")
 
@@ -79,14 +82,22 @@ class Anatomy:
             if name in chosen
         ]
 
+    def bones_without(self, roots: Iterable[str]) -> dict[str, Mesh]:
+        """The bones that neither are one of `roots` nor hang on one, by name."""
+        model, hidden = self.body.model, {self.body.model.body(root).id for root in roots}
+        for body in range(model.nbody):
+            if model.body_parentid[body] in hidden:
+                hidden.add(body)
+        return {name: mesh for name, mesh in self.bones.items() if model.body(name).id not in hidden}
+
     def ligaments(self, ending: str = "") -> list[Mesh]:
         """Tubes of the ligaments whose names end so and, thicker, of the ribs' cartilage."""
         paths = self._paths[self.body.muscle_count :]
         tubes = []
         for name, path in zip(self.body.ligament_names, paths, strict=True):
-            if not name.endswith(ending):
+            if not name.endswith(ending) or any(word in name for word in STAND_INS):
                 continue
-            radius = CARTILAGE_RADIUS if "cartilage" in name else LIGAMENT_RADIUS
+            radius = CARTILAGE_RADIUS if "chondral" in name or "cartilage" in name else LIGAMENT_RADIUS
             smooth = resample(path, 0.008)
             tubes.append(tube(smooth, np.full(len(smooth), radius), linear_rgb(LIGAMENT_COLOUR)))
         return tubes
@@ -122,13 +133,14 @@ def spindle(path: np.ndarray, area: float, fiber_length: float) -> Mesh:
     -------
     Mesh
     """
-    smooth = resample(path, 0.007)
+    smooth = resample(path, 0.005)
     steps = np.linalg.norm(np.diff(smooth, axis=0), axis=1)
     length = steps.sum()
     along = np.concatenate([[0], np.cumsum(steps)]) / length
-    # Pennate bellies are longer than their fibers.
-    share = np.clip(1.6 * fiber_length / length, 0.5, 0.96)
-    belly = np.cos(np.pi * np.clip((along - 0.5) / share, -0.5, 0.5))
+    # Pennate bellies are longer than their fibers, and most of a tendon lies towards the insertion.
+    share = np.clip(2.0 * fiber_length / length, 0.42, 0.96)
+    middle = share / 2 + PROXIMAL_TENDON * (1 - share)
+    belly = np.cos(np.pi * np.clip((along - middle) / share, -0.5, 0.5))
     widest = min(RADIUS_SHARE * np.sqrt(area / np.pi), WIDEST * length)
     tendon = min(np.clip(0.22 * widest, 0.0008, 0.0025), widest)
     mesh = tube(smooth, tendon + (widest - tendon) * belly**1.3, WHITE, sides=10)
@@ -172,6 +184,6 @@ def picture(part: Part, points: np.ndarray, view: View, width: int, height: int,
     right, up, forward = camera.axes
     key = -forward - 0.6 * right + 0.8 * up
     studio = Studio(
-        key, key_rays=5, key_spread_deg=4.0, key=0.6, sky=0.62, backdrop_top=WHITE, backdrop_horizon=WHITE
+        key, key_rays=5, key_spread_deg=4.0, key=0.62, sky=0.66, backdrop_top=WHITE, backdrop_horizon=WHITE
     )
     return render([part], camera, studio)

@@ -14,7 +14,7 @@ SEGMENTS = {  # our segment: de Leva's row, its proximal and distal end
     "head": ("head_and_neck", "vertex", "cervicale"),
     "upper_trunk": ("upper_trunk", "suprasternale", "xiphion"),
     "middle_trunk": ("middle_trunk", "xiphion", "omphalion"),
-    "lower_trunk": ("lower_trunk", "omphalion", "mid_hip"),
+    "lower_trunk": ("lower_trunk", "omphalion", "sacrum"),
     "upper_arm": ("upper_arm", "humerus_r", "ulna_r"),
     "forearm": ("forearm", "ulna_r", "lunate_r"),
     "hand": ("hand", "lunate_r", "proximal_phalanx_3_r"),
@@ -22,14 +22,14 @@ SEGMENTS = {  # our segment: de Leva's row, its proximal and distal end
     "shank": ("shank", "tibia_r", "talus_r"),
     "foot": ("foot", "heel", "toe_tip"),
 }
-# De Leva's trunk points on a male of 1.741 m, carried to our stature of 1.75 m; m above the floor.
-TRUNK_POINTS = {"suprasternale": 1.466, "xiphion": 1.283, "omphalion": 1.055}
+# De Leva's levels of a male of 1.741 m, carried to our stature of 1.75 m; m above the floor.
+LEVELS = {"vertex": 1.755, "cervicale": 1.503, "suprasternale": 1.466, "xiphion": 1.283, "omphalion": 1.055}
+AXIAL = ("head", "upper_trunk", "middle_trunk", "lower_trunk")
 FOOT_LENGTH = 0.2595  # m, 258.1 mm at 1.741 m
+FOOT_HEIGHT = 0.03  # m, of the foot's long axis
 X, Y, Z = np.eye(3)
 # De Leva's sagittal and transverse axes, palms forward, where ours are not x and y: our palms face the thighs.
 CROSS_AXES = {"hand": (Y, X), "forearm": (Y, X), "foot": (Z, Y)}
-CERVICALE = 1.503  # m above the floor, spine of C7
-VERTEX = 1.755  # m
 
 
 def check(subject: Subject) -> Outcome:
@@ -43,12 +43,12 @@ def check(subject: Subject) -> Outcome:
         out.add("distance of the whole from 75 kg", abs(built / TOTAL - 1.0), "1", 0.01, "max", SOURCE)
     published = {row["segment"]: row for row in references.read(subject.tables, "de_leva")}
     for segment, (name, near, far) in SEGMENTS.items():
-        bones = [row for row in rows if row.segment == segment and not row.bone.endswith("_l")]
-        if not bones or (not subject.plan.both_sides and segment not in ("upper_arm", "forearm", "hand")):
+        axial = segment in AXIAL
+        bones = [row for row in rows if row.segment == segment and (axial or not row.bone.endswith("_l"))]
+        ends = landmark(subject, near), landmark(subject, far)
+        if not bones or ends[0] is None or ends[1] is None or (axial and not subject.plan.both_sides):
             continue
-        if segment in ("head", "upper_trunk", "middle_trunk", "lower_trunk"):
-            bones = [row for row in rows if row.segment == segment]
-        found = compare(subject, bones, published[name], near, far)
+        found = compare(bones, published[name], *ends)
         out.details["segments"][segment] = found
         out.add("distance of the mass", abs(found["mass_ratio"] - 1.0), "1", 0.15, "max", SOURCE, segment)
     segments = out.details["segments"].values()
@@ -71,10 +71,9 @@ def combine(bones: list) -> tuple[float, np.ndarray, np.ndarray]:
     return float(masses.sum()), centre, inertia
 
 
-def compare(subject: Subject, bones: list, published: dict, near: str, far: str) -> dict:
+def compare(bones: list, published: dict, start: np.ndarray, end: np.ndarray) -> dict:
     """Ratios of mass and radii of gyration, and the centre's distance along the segment over its length."""
     mass, centre, inertia = combine(bones)
-    start, end = landmark(subject, near), landmark(subject, far)
     length = float(np.linalg.norm(end - start))
     along = (end - start) / length
     sagittal, transverse = CROSS_AXES.get(published["segment"], (X, Y))
@@ -91,22 +90,14 @@ def compare(subject: Subject, bones: list, published: dict, near: str, far: str)
     }
 
 
-def landmark(subject: Subject, name: str) -> np.ndarray:
-    """A segment's end (3,) m: a bone's joint centre, or a point of the surface."""
-    if name in TRUNK_POINTS:
-        return np.array([0.0, 0.0, TRUNK_POINTS[name]])
-    if name == "mid_hip":
-        return (
-            subject.bones["femur_r"].origin * np.array([1.0, 0.0, 1.0])
-            if "femur_r" in subject.bones
-            else (np.array([0.0, 0.0, subject.bones["sacrum"].origin_z_m]))
-        )
-    if name in ("vertex", "cervicale"):
-        return np.array([0.0, 0.0, VERTEX if name == "vertex" else CERVICALE])
+def landmark(subject: Subject, name: str) -> np.ndarray | None:
+    """A segment's end (3,) m: a level of the trunk, an end of the foot, or a bone's joint centre; None without it."""
+    if name in LEVELS:
+        return np.array([0.0, 0.0, LEVELS[name]])
     if name in ("heel", "toe_tip"):
-        heel = np.array(subject.meshes.get(subject.bones["calcaneus_r"].mesh).vertices)
-        behind = heel[heel[:, 0].argmin()] * [1.0, 1.0, 0.0]
-        y = subject.bones["talus_r"].origin_y_m
-        behind[1:] = y, 0.03
-        return behind if name == "heel" else behind + [FOOT_LENGTH, 0.0, 0.0]
-    return np.array(subject.bones[name].origin)
+        if "calcaneus_r" not in subject.bones:
+            return None
+        surface = subject.meshes.get(subject.bones["calcaneus_r"].mesh).vertices
+        heel = np.array([surface[:, 0].min(), subject.bones["calcaneus_r"].origin_y_m, FOOT_HEIGHT])
+        return heel if name == "heel" else heel + [FOOT_LENGTH, 0.0, 0.0]
+    return np.array(subject.bones[name].origin) if name in subject.bones else None

@@ -1,7 +1,7 @@
 """Moment arms of muscle groups next to published ones.
 
 A group's moment arm is the strength-weighted mean over the fascicles that cross the joint. Arms of the neck are, as the
-published ones, about its lowest level, C7-T1, or the lowest that the group crosses.
+published ones, about its lowest level, C7-T1; groups that do not cross it are not compared.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ def compare(subject: Subject) -> tuple[list[dict], list[dict]]:
         told = {key: row[key] for key in ("muscle_group", "joint", "motion", "angle_deg", "source", "verified")}
         muscles = subject.muscles_of(ALIASES.get(row["muscle_group"], row["muscle_group"]))
         pairs = hinges(subject, row["joint"], row["motion"])
-        if not muscles or not pairs:
+        arm = moment_arm(subject, muscles, row, pairs) if muscles and pairs else np.nan
+        if np.isnan(arm):
             left_out.append(told)
             continue
-        arm = moment_arm(subject, muscles, row, pairs)
         ratio = arm / row["moment_arm_m"]
         table.append(
             told
@@ -74,30 +74,25 @@ def moment_arm(subject: Subject, muscles: list[int], row: dict, pairs) -> float:
     """
     force = subject.body.max_force[muscles]
 
+    dof, sense = pairs[0]
+
     def at(angle: float) -> float:
-        arms = subject.moment_arms(_posture(subject, row, angle))[muscles]
-        for dof, sense in pairs:
-            across = np.abs(arms[:, dof]) > CROSSED
-            if across.any():
-                return float(sense * force[across] @ arms[across, dof] / force[across].sum())
-        return 0.0
+        arms = sense * subject.moment_arms(_posture(subject, row, angle))[muscles, dof]
+        across = np.abs(arms) > CROSSED
+        return float(force[across] @ arms[across] / force[across].sum()) if across.any() else np.nan
 
     if row["angle_deg"] is not None:
         return at(row["angle_deg"])
     over = [at(angle) for angle in KNEE_RANGE]
-    return (
-        min(over)
-        if row["source"].startswith("lowest")
-        else (max(over) if row["source"].startswith("highest") else float(np.mean(over)))
-    )
+    kind = row["source"].partition(" ")[0]
+    return float({"lowest": np.min, "highest": np.max}.get(kind, np.mean)(over))
 
 
 def _posture(subject: Subject, row: dict, angle: float) -> np.ndarray:
-    joint, motion = row["joint"], row["motion"]
-    sideways = motion in ("abduction", "adduction")
-    moved = ("abduction" if sideways else ANGLE_OF.get(joint, "flexion")) if joint != "neck_total" else "flexion"
-    angles = {(joint, moved): angle}
-    return posture(subject, angles | (BENT_ELBOW if joint == "forearm" else {}))
+    joint = row["joint"]
+    sideways = row["motion"] in ("abduction", "adduction")
+    moved = "abduction" if sideways else ANGLE_OF.get(joint, "flexion")
+    return posture(subject, {(joint, moved): angle} | (BENT_ELBOW if joint == "forearm" else {}))
 
 
 def _region(joint: str) -> str:

@@ -7,6 +7,7 @@ is what the change goes beyond the two slopes dl/dq at its ends, so that a kink,
 
 from __future__ import annotations
 
+import copy
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +17,7 @@ import numpy as np
 
 from anthro.body import hill
 from anthro.body.checks.outcome import Outcome
-from anthro.body.checks.subject import Subject
+from anthro.body.checks.subject import Subject, place
 from anthro.body.fit import HARD_LIMITS
 from anthro.body.postures import PostureSampler
 from anthro.progress import progress
@@ -43,7 +44,7 @@ def check(subject: Subject) -> Outcome:
     source = f"{count} random postures"
     out.add("largest jump over 0.2 degrees", jump.max(initial=0.0), "m", ALLOWED, "max", source)
     out.add("muscles that jump", (jump > ALLOWED).sum(), "1", 0, "equal", source)
-    out.add("largest change over 0.2 degrees", change.max(initial=0.0), "m", ALLOWED, "max", source)
+    out.add("largest change over 0.2 degrees, jump or not", change.max(initial=0.0), "m", source=source)
     out.add("fibers outside 0.5 to 1.6 of slack length", len(outside), "1", 0, "equal", source)
     out.add("shortest fiber over slack length", short.min(initial=np.inf), source=source)
     out.add("longest fiber over slack length", long.max(initial=-np.inf), source=source)
@@ -57,6 +58,7 @@ def check(subject: Subject) -> Outcome:
         "jumps": [
             {"muscle": names[i], "jump_m": float(jump[i])} | where[i] for i in np.argsort(-jump)[:40] if jump[i] > 1e-5
         ],
+        "largest_changes_m": {names[i]: float(change[i]) for i in np.argsort(-change)[:10]},
         "fibers_outside": {names[i]: [float(short[i]), float(long[i])] for i in outside},
         "passive_at_neutral": [
             {
@@ -140,11 +142,12 @@ def turns_of(subject: Subject, crossed: np.ndarray) -> list[Turn]:
 def jumps(subject: Subject, turns: list[Turn], shard: tuple[int, int]) -> dict:
     """One shard of postures: largest jump and change (n,) m, where it jumps, and extreme fiber lengths (n,)."""
     body, data, n = subject.body, subject.data, subject.body.muscle_count
+    model_there, there = wraps_alone(subject)
     postures = PostureSampler(subject.model).draw(shard[1], subject.random("paths", shard[0]))
     jump, change, long = np.zeros(n), np.zeros(n), np.full(n, -np.inf)
     short, where, steepest = np.full(n, np.inf), [{} for _ in range(n)], np.zeros(len(data.ten_J))
     for q in postures:
-        subject.place(q)
+        place(subject.model, data, q)
         length, slope = data.ten_length.copy(), data.ten_J.copy()
         fiber = (length[:n] - body.tendon_length) / body.slack_length
         short, long = np.minimum(short, fiber), np.maximum(long, fiber)
@@ -153,9 +156,9 @@ def jumps(subject: Subject, turns: list[Turn], shard: tuple[int, int]) -> dict:
             step = np.where(q[turn.dofs] + TURN <= body.q_range[turn.dofs, 1], TURN, -TURN)
             turned = q.copy()
             turned[turn.dofs] += step
-            subject.place(turned)
-            moved = data.ten_length[turn.muscle] - length[turn.muscle]
-            ends = np.stack([slope[turn.entry], data.ten_J[turn.entry]]) * step[turn.place]
+            place(model_there, there, turned)
+            moved = there.ten_length[turn.muscle] - length[turn.muscle]
+            ends = np.stack([slope[turn.entry], there.ten_J[turn.entry]]) * step[turn.place]
             beyond = np.maximum(moved - ends.max(axis=0), ends.min(axis=0) - moved)
             change[turn.muscle] = np.maximum(change[turn.muscle], np.abs(moved))
             for k in np.flatnonzero(beyond > jump[turn.muscle]):
@@ -166,6 +169,15 @@ def jumps(subject: Subject, turns: list[Turn], shard: tuple[int, int]) -> dict:
     rows = tendon < n
     np.maximum.at(change, tendon[rows], steepest[entry[rows]] * TURN)
     return {"jump": jump, "change": change, "where": where, "short": short, "long": long}
+
+
+def wraps_alone(subject: Subject) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A model in which all paths but the wrapped ones are cut to their first point, for speed."""
+    model = copy.copy(subject.model)
+    cut = np.ones(model.ntendon, bool)
+    cut[: subject.body.muscle_count] = ~wrapped(subject)
+    model.tendon_num[cut] = 1
+    return model, mujoco.MjData(model)
 
 
 def _told(subject: Subject, turns: list[Turn], muscle: int, q) -> dict:

@@ -13,6 +13,7 @@ from anthro.body.checks.stability import STEP, lowest
 from anthro.body.checks.subject import Subject
 from anthro.body.contact import Seat, World
 from anthro.body.model import Body
+from anthro.errors import UserError
 from anthro.progress import progress
 
 SECONDS = 10.0
@@ -98,7 +99,10 @@ def settle(simulator, body: Body, seconds: float) -> dict:
     low, high = body.q_range.T
     steps = round(seconds / STEP)
     for k in range(steps):
-        simulator.step(off)
+        try:
+            simulator.step(off)
+        except UserError as error:
+            return {"speed_rad_s": np.nan, "limit_excess_deg": np.nan, "broken": str(error)}
         if k >= steps - round(WATCHED / STEP):
             speed = np.maximum(speed, np.abs(simulator.joint_velocities))
             q = simulator.joint_angles

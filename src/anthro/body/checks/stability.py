@@ -103,7 +103,7 @@ def run(subject: Subject, task: tuple[str, int]) -> dict:
     off = np.zeros(body.muscle_count)
     low, high = body.q_range.T
     energy = first = simulator.energy()
-    excess, rise, lowest_yet, gain, broken, joint = 0.0, 0.0, energy, 0.0, "", ""
+    excess, rise, lowest_yet, gain, broken, joint, when = 0.0, 0.0, energy, 0.0, "", "", 0.0
     for _ in range(round(subject.options.seconds / STEP)):
         try:
             simulator.step(noise() if mode == "noise" else off)
@@ -116,7 +116,7 @@ def run(subject: Subject, task: tuple[str, int]) -> dict:
             broken = f"speed over {SPEED_LIMIT:g} at {simulator.time:.3f} s"
             break
         if over.max() > excess:
-            excess, joint = float(over.max()), body.dof_names[int(over.argmax())]
+            excess, joint, when = float(over.max()), body.dof_names[int(over.argmax())], simulator.time
         if mode == "off":
             before, energy = energy, simulator.energy()
             rise = max(rise, energy - before)
@@ -127,6 +127,7 @@ def run(subject: Subject, task: tuple[str, int]) -> dict:
         "broken": broken,
         "limit_excess_deg": float(np.rad2deg(excess)),
         "joint": joint,
+        "at_s": round(when, 3),
         "energy_rise": rise / scale,
         "energy_gain": gain / scale,
         "energy_start_J": first,

@@ -55,10 +55,18 @@ class Subject:
         self.model = body.model
         self.data = mujoco.MjData(body.model)
         self._patellas: dict[float, float] = {}
-        names = tuple(row.muscle for row in self.muscle_rows)
-        if names != body.muscle_names:
-            odd = sorted(set(names) ^ set(body.muscle_names)) or ["the order"]
-            raise UserError(f"{body.name}: tables and built body disagree in {odd[0]}; build the body again")
+        self._compare_names()
+
+    def _compare_names(self) -> None:
+        """UserError where the tables are not those that the body was built from."""
+        body = self.body
+        muscles = tuple(row.muscle for row in self.muscle_rows)
+        ligaments = {row.ligament for part in self.parts for row in part.ligaments}
+        odd = sorted(set(muscles) ^ set(body.muscle_names) | set(body.dof_names) ^ set(self.joints))
+        odd += sorted(set(body.ligament_names) - ligaments)
+        if odd or muscles != body.muscle_names:
+            what = odd[0] if odd else "the muscles' order"
+            raise UserError(f"{body.name}: tables and built body disagree in {what}; build the body again")
 
     @classmethod
     def load(cls, variant: str, folder: Path, tables: Path, options: Options) -> Subject:
@@ -119,16 +127,9 @@ class Subject:
         """The random stream of one check."""
         return stream(self.options.seed, f"body.check.{self.plan.name}.{check}", shard)
 
-    def place(self, q: np.ndarray) -> None:
-        """Put ``data`` at angles (m,) rad: ``ten_length``, and ``ten_J`` with the entries of `slope_entries`."""
-        self.data.qpos[self.model.nq - len(q) :] = q
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_tendon(self.model, self.data)
-
     def at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (t,) m and their slopes dl/dq (t, m) of all tendons at angles (m,) rad."""
-        self.place(q)
+        place(self.model, self.data, q)
         tendon, dof, entry = self.slope_entries
         slopes = np.zeros((self.model.ntendon, len(q)))
         slopes[tendon, dof] = self.data.ten_J[entry]
@@ -225,6 +226,14 @@ class Subject:
             lambda i: anatomical[i].startswith(key),
         )
         return next((hit for rule in rules if (hit := [i for i in right if rule(i)])), [])
+
+
+def place(model: mujoco.MjModel, data: mujoco.MjData, q: np.ndarray) -> None:
+    """Put ``data`` at hinge angles (m,) rad: ``ten_length``, and ``ten_J`` with `Subject.slope_entries`."""
+    data.qpos[model.nq - len(q) :] = q
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
 
 
 def _plain(text: str) -> str:

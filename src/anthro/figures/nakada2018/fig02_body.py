@@ -11,7 +11,7 @@ from anthro.body import Body
 from anthro.figures.plate import plate
 from anthro.render.anatomy import BACK, FRONT, RIGHT, Anatomy, assemble, picture, width_of
 
-HEIGHT, MARGIN = 1000, 0.01
+HEIGHT, MARGIN = 900, 0.01
 
 
 def draw(run: Path) -> plt.Figure:

@@ -20,7 +20,7 @@ def draw(run: Path) -> plt.Figure:
     """Draw front, right side and back of the neck of a run's seated body."""
     anatomy = Anatomy(Body.load(Path(run) / "body" / "nakada2018"))
     muscles = anatomy.body.muscles_of("neck")
-    part = assemble([*anatomy.bones.values(), *anatomy.muscles(muscles)])
+    part = assemble([*anatomy.bones_without(("humerus_r", "humerus_l")).values(), *anatomy.muscles(muscles)])
     points = anatomy.points(FRAMED)
     panels = [(view.title, picture(part, points, view, *SIZE)) for view in (FRONT, RIGHT, BACK)]
     return plate(panels, f"Neck: {len(muscles)} muscles")

@@ -15,7 +15,7 @@ def draw(run: Path) -> plt.Figure:
     """Draw front, right side and back of the right arm of a run's seated body."""
     body = Body.load(Path(run) / "body" / "nakada2018")
     framed = ("scapula_r", "clavicle_r", "humerus_r", "ulna_r", "radius_r", "metacarpal_3_r", "T1")
-    return limb_plate(body, "arm", framed, (480, 1000))
+    return limb_plate(body, "arm", framed, ("hip_bone_r",), (480, 1000))
 
 
 def main(argv: Sequence[str] | None = None) -> None:

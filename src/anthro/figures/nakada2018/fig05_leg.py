@@ -14,7 +14,8 @@ from anthro.figures.limb import limb_plate
 def draw(run: Path) -> plt.Figure:
     """Draw front, right side and back of the right leg of a run's seated body."""
     body = Body.load(Path(run) / "body" / "nakada2018")
-    return limb_plate(body, "leg", ("hip_bone_r", "femur_r", "tibia_r", "calcaneus_r", "metatarsal_1_r"), (400, 1100))
+    framed = ("hip_bone_r", "femur_r", "tibia_r", "calcaneus_r", "metatarsal_1_r")
+    return limb_plate(body, "leg", framed, ("humerus_r",), (400, 1100))
 
 
 def main(argv: Sequence[str] | None = None) -> None:

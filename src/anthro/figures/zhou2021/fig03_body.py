@@ -11,23 +11,24 @@ from anthro.body import Body
 from anthro.figures.plate import plate
 from anthro.render.anatomy import BACK, FRONT, Anatomy, assemble, picture, width_of
 
-HEIGHT, MARGIN = 1000, 0.01
+HEIGHT, MARGIN = 700, 0.01
 TORSO = ("hip_bone_r", "hip_bone_l", "scapula_r", "scapula_l", "clavicle_r", "clavicle_l", "sternum", "T1")
+FOREARMS = ("ulna_r", "ulna_l")
 
 
 def draw(run: Path) -> plt.Figure:
     """Draw the four panels of a run's whole body."""
     anatomy = Anatomy(Body.load(Path(run) / "body" / "zhou2021"))
-    body, bones = anatomy.body, [*anatomy.bones.values(), *anatomy.ligaments()]
-    torso = body.muscles_of("core")
+    whole, torso = anatomy.body.muscle_names, anatomy.body.muscles_of("core")
     panels = []
-    for names, framed in ((body.muscle_names, anatomy.bones), (torso, TORSO)):
+    for what, names, framed, hidden in (("whole body", whole, anatomy.bones, ()), ("torso", torso, TORSO, FOREARMS)):
+        bones = [*anatomy.bones_without(hidden).values(), *anatomy.ligaments()]
         part, points = assemble(bones + anatomy.muscles(names)), anatomy.points(framed)
         for view in (FRONT, BACK):
             width = width_of(points, view, HEIGHT, MARGIN)
-            title = f"{len(names)} muscles, {view.title}"
+            title = f"({'abcd'[len(panels)]}) {what}, {view.title}"
             panels.append((title, picture(part, points, view, width, HEIGHT, MARGIN)))
-    return plate([(f"({letter}) {title}", image) for letter, (title, image) in zip("abcd", panels, strict=True)])
+    return plate(panels, f"{len(anatomy.bones)} bones, {len(whole)} muscles; torso: {len(torso)} muscles")
 
 
 def main(argv: Sequence[str] | None = None) -> None:
