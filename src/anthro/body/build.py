@@ -56,7 +56,8 @@ def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES)
         postures = sampler.draw(samples, stream(seed, f"body.fit.{name}"))
         lengths = np.array([sampler.lengths(posture)[: len(muscles)] for posture in postures])
         twins = twins_share(lengths, [muscle.muscle for muscle in muscles])
-        fit = fit_fibers(twins, np.array([muscle.optimal_fiber_length_m for muscle in muscles]))
+        neutral = sampler.lengths(np.zeros(len(joints)))[: len(muscles)]
+        fit = fit_fibers(twins, np.array([muscle.optimal_fiber_length_m for muscle in muscles]), neutral)
         out.mkdir(parents=True, exist_ok=True)
         with atomic(out / "model.mjb") as path:
             mujoco.mj_saveModel(model, str(path))

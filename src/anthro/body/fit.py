@@ -14,6 +14,7 @@ import numpy as np
 
 SHORTEST, LONGEST = 0.6, 1.08  # fiber length over l0 at the ends of the sampled lengths
 SHORTEST_OF_ALL = 0.54
+NEUTRAL = 1.02  # at most, in the neutral posture: a tenth of the muscle's strength
 HARD_LIMITS = (0.5, 1.6)
 
 
@@ -60,23 +61,27 @@ def twins_share(lengths: np.ndarray, names: list[str]) -> np.ndarray:
     return np.sort(np.concatenate([lengths, lengths[:, twin]]), axis=0)
 
 
-def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray) -> FiberFit:
+def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray, neutral: np.ndarray) -> FiberFit:
     """Fit slack and tendon lengths to sampled path lengths.
 
     The longest path (99.5 % quantile, so that one odd corner does not decide) gets a fiber of
     1.08 l0, where the passive spring pulls with half the muscle's strength; l0 is the source's
-    unless the excursion needs more: 0.6 l0 at the 0.5 % quantile, 0.54 l0 at the shortest of all.
+    unless the excursion needs more: 0.6 l0 at the 0.5 % quantile, 0.54 l0 at the shortest of all. In
+    the neutral posture no fiber is longer than 1.02 l0, so that a limp body stands at ease.
 
     Parameters
     ----------
     lengths : (count, n) path lengths over the joint ranges, m.
     optimal_length : (n,) the source's optimal fiber lengths, m.
+    neutral : (n,) path lengths in the neutral posture, m.
     """
     low, high = np.quantile(lengths, [0.005, 0.995], axis=0)
     slack = np.maximum(optimal_length, (high - low) / (LONGEST - SHORTEST))
-    slack = np.maximum(slack, (high - lengths.min(0)) / (LONGEST - SHORTEST_OF_ALL))
+    shortest = lengths.min(0)
+    slack = np.maximum(slack, (high - shortest) / (LONGEST - SHORTEST_OF_ALL))
+    slack = np.maximum(slack, (neutral - shortest) / (NEUTRAL - SHORTEST_OF_ALL))
     slack = np.minimum(slack, high / LONGEST)  # a tendon is never shorter than nothing
-    tendon = high - LONGEST * slack
+    tendon = np.maximum(high - LONGEST * slack, neutral - NEUTRAL * slack)
     return FiberFit(
         slack_length=slack,
         tendon_length=tendon,

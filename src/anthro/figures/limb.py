@@ -11,7 +11,9 @@ from anthro.figures.plate import plate
 from anthro.render.anatomy import BACK, FRONT, RIGHT, Anatomy, assemble, picture
 
 
-def limb_plate(body: Body, region: str, framed: Sequence[str], hidden: Sequence[str], size: tuple[int, int]) -> plt.Figure:
+def limb_plate(
+    body: Body, region: str, framed: Sequence[str], hidden: Sequence[str], size: tuple[int, int]
+) -> plt.Figure:
     """Draw a region's right muscles on the bones of the midline and of the right side.
 
     Parameters

@@ -39,7 +39,9 @@ def plate(panels: Sequence[tuple[str, np.ndarray]], heading: str = "") -> plt.Fi
         axes = figure.add_axes([left / wide, GAP / tall, width / wide, height / tall])
         axes.imshow(picture, interpolation="none")
         axes.set_axis_off()
-        figure.text((left + width / 2) / wide, (GAP + height + HEAD / 2) / tall, title, ha="center", va="center", size=8)
+        figure.text(
+            (left + width / 2) / wide, (GAP + height + HEAD / 2) / tall, title, ha="center", va="center", size=8
+        )
         left += width + GAP
     if heading:
         figure.text(GAP / wide, 1 - HEAD / 2 / tall, heading, va="center", size=9, weight="bold")

@@ -19,7 +19,7 @@ BELLY_COLOUR, TENDON_COLOUR, LIGAMENT_COLOUR = "#B03A30", "#F1EBDD", "#8FA6B8"
 SPECIFIC_TENSION = 60e4  # N/m^2, with which the tables' areas became forces
 # A belly is drawn thinner than its area asks: a line's neighbours stay in sight.
 RADIUS_SHARE = 0.5
-PROXIMAL_TENDON = 0.25  # share of a muscle's tendon that lies at its origin
+PROXIMAL_TENDON = 0.12  # share of a muscle's tendon that lies at its origin
 WIDEST = 0.16  # of a belly: radius over length
 CARTILAGE_RADIUS, LIGAMENT_RADIUS = 0.0045, 0.0020
 # Springs that stand for contact, or for a cartilage's bending, are no bands to be seen.
@@ -138,7 +138,7 @@ def spindle(path: np.ndarray, area: float, fiber_length: float) -> Mesh:
     length = steps.sum()
     along = np.concatenate([[0], np.cumsum(steps)]) / length
     # Pennate bellies are longer than their fibers, and most of a tendon lies towards the insertion.
-    share = np.clip(2.0 * fiber_length / length, 0.42, 0.96)
+    share = np.clip(1.4 * fiber_length / length, 0.4, 0.92)
     middle = share / 2 + PROXIMAL_TENDON * (1 - share)
     belly = np.cos(np.pi * np.clip((along - middle) / share, -0.5, 0.5))
     widest = min(RADIUS_SHARE * np.sqrt(area / np.pi), WIDEST * length)
@@ -183,7 +183,5 @@ def picture(part: Part, points: np.ndarray, view: View, width: int, height: int,
     camera = Camera.framing(points, view.azimuth_deg, view.elevation_deg, width, height, FOV_DEG, margin)
     right, up, forward = camera.axes
     key = -forward - 0.6 * right + 0.8 * up
-    studio = Studio(
-        key, key_rays=5, key_spread_deg=4.0, key=0.62, sky=0.66, backdrop_top=WHITE, backdrop_horizon=WHITE
-    )
+    studio = Studio(key, key_rays=5, key_spread_deg=4.0, key=0.62, sky=0.66, backdrop_top=WHITE, backdrop_horizon=WHITE)
     return render([part], camera, studio)

@@ -73,7 +73,6 @@ def moment_arm(subject: Subject, muscles: list[int], row: dict, pairs) -> float:
     Without an angle it is the least, the largest or the mean over the knee's range, as the row's source says.
     """
     force = subject.body.max_force[muscles]
-
     dof, sense = pairs[0]
 
     def at(angle: float) -> float:

@@ -21,7 +21,7 @@ def draw(run: Path) -> plt.Figure:
     anatomy = Anatomy(Body.load(Path(run) / "body" / "zhou2021"))
     whole, torso = anatomy.body.muscle_names, anatomy.body.muscles_of("core")
     panels = []
-    for what, names, framed, hidden in (("whole body", whole, anatomy.bones, ()), ("torso", torso, TORSO, FOREARMS)):
+    for what, names, framed, hidden in (("body", whole, anatomy.bones, ()), ("torso", torso, TORSO, FOREARMS)):
         bones = [*anatomy.bones_without(hidden).values(), *anatomy.ligaments()]
         part, points = assemble(bones + anatomy.muscles(names)), anatomy.points(framed)
         for view in (FRONT, BACK):

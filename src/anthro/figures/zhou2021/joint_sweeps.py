@@ -78,10 +78,11 @@ class Sweeper:
         return [b for b in found if b in self._meshes]
 
     def _above(self, bone: int) -> list[int]:
-        """The next two bones towards the root, and those that move with the next one."""
+        """The next two bones towards the root, and those of its side that move with the next one."""
         parents = self.model.body_parentid
         parent = int(parents[bone])
-        near = [b for b in self._below(parent, 0) if b != bone and self.model.body_jntnum[b] == 0]
+        side = self.model.body(bone).name[-2:]
+        near = [b for b in self._below(parent, 0) if b != parent and self.model.body(b).name.endswith(side)]
         return [b for b in dict.fromkeys([parent, *near, int(parents[parent])]) if b in self._meshes]
 
     def _stretched(self, address: int, angles: Sequence[float]) -> np.ndarray:
@@ -107,9 +108,7 @@ class Sweeper:
         elevation = np.clip(np.rad2deg(np.arcsin(np.clip(axis[2], -1, 1))), -STEEPEST_DEG, STEEPEST_DEG)
         return Camera.framing(points, azimuth, elevation, PIXELS, PIXELS, fov_deg=14.0, margin=0.04)
 
-    def _picture(
-        self, posed: dict[int, Mesh], tendons: list[np.ndarray], camera: Camera, reach: float
-    ) -> np.ndarray:
+    def _picture(self, posed: dict[int, Mesh], tendons: list[np.ndarray], camera: Camera, reach: float) -> np.ndarray:
         thin, colour = 0.006 * reach, linear_rgb(MUSCLE_COLOUR)
         paths = [resample(path, 0.02) for path in tendons]
         tubes = [tube(path, np.full(len(path), thin), colour, sides=5) for path in paths]
