@@ -64,7 +64,12 @@ def test_every_row_names_its_source_and_quality(region):
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
     [
-        ("bones", "humerus_r,scapula_r,humerus,", "humerus_r,scapula_r,humerus,x", "bones.csv:2: origin_x_m is not a num"),
+        (
+            "bones",
+            "humerus_r,scapula_r,humerus,",
+            "humerus_r,scapula_r,humerus,x",
+            "bones.csv:2: origin_x_m is not a num",
+        ),
         ("joints", "rest_deg", "rest", "joints.csv: columns are"),
         ("muscles", "optimal_fiber_length_m,", "", "muscles.csv: columns are"),
         ("muscles", "DELT2_r,", "DELT1_r,", "muscle DELT1_r stands more than once"),

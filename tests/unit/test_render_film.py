@@ -65,8 +65,12 @@ def small_run(tmp_path):
     folder.mkdir(parents=True)
     model = mujoco.MjModel.from_xml_string(BODY)
     mujoco.mj_saveModel(model, str(folder / "model.mjb"))
-    (folder / "joints.csv").write_text("joint,min,max,rest,damping\nflexion,-1,2,0,1\n")
-    (folder / "muscles.csv").write_text("muscle,group,max_force,slack_length,tendon_length\nm,shoulder,100,0.2,0.1\n")
+    (folder / "joints.csv").write_text("joint,min,max,rest,stiffness,damping\nflexion,-1,2,0,0,1\n")
+    (folder / "muscles.csv").write_text(
+        "muscle,region,group,max_force,slack_length,tendon_length\nm,arm,shoulder,100,0.2,0.1\n"
+    )
+    (folder / "ligaments.csv").write_text("ligament,stiffness,damping,slack_low,slack_high\n")
+    (folder / "contacts.csv").write_text("contact,radius,surfaces\n")
     record(
         tmp_path,
         qpos=np.linspace(0, 1, 120)[:, None],

@@ -62,8 +62,16 @@ def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES)
         with atomic(out / "model.mjb") as path:
             mujoco.mj_saveModel(model, str(path))
         _write_rows(out / "joints.csv", [_joint_row(joint, plan.rest_deg) for joint in joints])
-        _write_rows(out / "muscles.csv", [_muscle_row(m, fit, i) for i, m in enumerate(muscles)])
-        _write_rows(out / "ligaments.csv", _ligament_rows(builder, model), "ligament,stiffness,damping,slack_low,slack_high")
+        _write_rows(
+            out / "muscles.csv",
+            [
+                _muscle_row(m, region, fit, i)
+                for i, (m, region) in enumerate(zip(muscles, builder.muscle_regions, strict=True))
+            ],
+        )
+        _write_rows(
+            out / "ligaments.csv", _ligament_rows(builder, model), "ligament,stiffness,damping,slack_low,slack_high"
+        )
         _write_rows(
             out / "contacts.csv",
             [{"contact": c.contact, "radius": repr(c.radius_m), "surfaces": c.surfaces} for c in builder.contacts],
@@ -96,9 +104,10 @@ def _area(muscle, slack_length: float) -> float:
     return muscle.pcsa_cm2 * CM2 * min(1.0, muscle.optimal_fiber_length_m / slack_length)
 
 
-def _muscle_row(muscle, fit: FiberFit, index: int) -> dict:
+def _muscle_row(muscle, region: str, fit: FiberFit, index: int) -> dict:
     return {
         "muscle": muscle.muscle,
+        "region": region,
         "group": muscle.group,
         "max_force": repr(float(_area(muscle, fit.slack_length[index]) * SPECIFIC_TENSION)),
         "slack_length": repr(float(fit.slack_length[index])),

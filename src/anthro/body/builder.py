@@ -36,7 +36,7 @@ class Builder:
             mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
         )
         self._bodies, self._origins, self._raised = {}, {}, np.zeros(3)
-        self.muscles, self.ligaments, self.contacts = [], [], []
+        self.muscles, self.muscle_regions, self.ligaments, self.contacts = [], [], [], []
 
     def add_skeleton(self, part: Part) -> None:
         """Add one region's bones and, where they move, its joints; parents must be there."""
@@ -74,6 +74,7 @@ class Builder:
                 else:
                     tendon.wrap_site(self._add_site(site, row.bone, row.point))
             self.muscles.append(muscle)
+            self.muscle_regions.append(part.name)
 
     def add_ligaments(self, part: Part) -> None:
         """Add the region's ligaments that join bones of this body which move against each other."""

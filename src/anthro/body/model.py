@@ -60,6 +60,7 @@ class Body:
     joint_stiffness: np.ndarray
     joint_damping: np.ndarray
     muscle_names: tuple[str, ...]
+    muscle_regions: tuple[str, ...]
     muscle_groups: tuple[str, ...]
     max_force: np.ndarray
     slack_length: np.ndarray
@@ -94,7 +95,9 @@ class Body:
             raise UserError(f"{folder / 'model.mjb'}: cannot be loaded ({line})") from None
         root_free = bool((model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any())
         joints = _columns(folder / "joints.csv", ("joint",), ("min", "max", "rest", "stiffness", "damping"))
-        muscles = _columns(folder / "muscles.csv", ("muscle", "group"), ("max_force", "slack_length", "tendon_length"))
+        muscles = _columns(
+            folder / "muscles.csv", ("muscle", "region", "group"), ("max_force", "slack_length", "tendon_length")
+        )
         ligaments = _columns(
             folder / "ligaments.csv", ("ligament",), ("stiffness", "damping", "slack_low", "slack_high")
         )
@@ -111,6 +114,7 @@ class Body:
             joint_stiffness=joints["stiffness"],
             joint_damping=joints["damping"],
             muscle_names=tuple(muscles["muscle"]),
+            muscle_regions=tuple(muscles["region"]),
             muscle_groups=tuple(muscles["group"]),
             max_force=muscles["max_force"],
             slack_length=muscles["slack_length"],
@@ -123,6 +127,10 @@ class Body:
             hand_site=None if hand < 0 else hand,
             root_free=root_free,
         )
+
+    def muscles_of(self, region: str) -> tuple[str, ...]:
+        """Names of the muscles of one region of the tables: core, neck, arm or leg."""
+        return tuple(n for n, its in zip(self.muscle_names, self.muscle_regions, strict=True) if its == region)
 
     def simulator(self, step: float | None = None, world=None):
         """A fresh :class:`~anthro.body.simulator.Simulator` at rest in ``world``, nothing around it when None."""

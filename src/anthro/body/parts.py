@@ -78,9 +78,7 @@ BODIES = {
             root_height_m=0.50,
             rest_deg=SEATED,
         ),
-        BodyPlan(
-            "right_arm", ("core", "arm"), ("arm",), ("arm",), both_sides=False, hand="metacarpal_3_r"
-        ),
+        BodyPlan("right_arm", ("core", "arm"), ("arm",), ("arm",), both_sides=False, hand="metacarpal_3_r"),
     )
 }
 
@@ -209,9 +207,7 @@ def _left_point(row: PathPoint) -> PathPoint:
 
 
 def _left_wrap(row: Wrap) -> Wrap:
-    return replace(
-        row, wrap=left_name(row.wrap), bone=left_name(row.bone), y_m=-row.y_m, axis_y=_minus(row.axis_y)
-    )
+    return replace(row, wrap=left_name(row.wrap), bone=left_name(row.bone), y_m=-row.y_m, axis_y=_minus(row.axis_y))
 
 
 def _left_ligament(row: Ligament) -> Ligament:

@@ -44,7 +44,9 @@ class PostureSampler:
             for ending, levels in CHAINS.values()
         ]
         bones = model.jnt_bodyid[joints]
-        self._balls = [np.flatnonzero(bones == bone) for bone in np.unique(bones) if np.count_nonzero(bones == bone) == 3]
+        self._balls = [
+            np.flatnonzero(bones == bone) for bone in np.unique(bones) if np.count_nonzero(bones == bone) == 3
+        ]
         self._passive = np.array([i for i, n in enumerate(names) if n.startswith(PASSIVE)], int)
         self._stiffness = model.jnt_stiffness[joints][self._passive]
         self._ligaments = np.flatnonzero(model.tendon_stiffness > 0.0)

@@ -33,11 +33,16 @@ def command(draw: Callable, argv: Sequence[str] | None = None, description: str 
 
 
 def save(figure, path: Path) -> None:
-    """Write a figure, atomically and without a time stamp."""
+    """Write a figure in 256 colours, atomically and without a time stamp."""
+    from PIL import Image
+
     from anthro.files import atomic
 
     with atomic(path) as partial:
         figure.savefig(partial, metadata={"Software": None})
+        with Image.open(partial) as drawn:
+            small = drawn.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+        small.save(partial, format="PNG", optimize=True)
 
 
 def log_ticks(axis) -> None:
