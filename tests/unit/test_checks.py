@@ -123,6 +123,7 @@ def subject(hinges=HINGES, muscles=MUSCLES, masses=MASSES, options=SMALL, name="
         joint_stiffness=np.array([rows[n].stiffness_Nm_rad for n in names]),
         joint_damping=np.array([rows[n].damping_Nms_rad for n in names]),
         muscle_names=tuple(row.muscle for row in builder.muscles),
+        muscle_regions=tuple(builder.muscle_regions),
         muscle_groups=tuple(row.group for row in builder.muscles),
         max_force=np.array([row.pcsa_cm2 * 60.0 for row in builder.muscles]),
         slack_length=slack,
@@ -364,7 +365,7 @@ def test_stability_goes_on_where_it_was(small, tmp_path, monkeypatch):
 
 
 def test_noise_is_band_limited():
-    noise = stability.Noise(2000, 0.005, np.random.default_rng(0))
+    noise = stability.BandLimited(2000, 0.005, np.random.default_rng(0))
     values = np.array([noise() for _ in range(600)])[300:]
     assert values.min() >= 0.0 and values.max() <= 1.0
     steps = np.abs(np.diff(values, axis=0)).mean()

@@ -75,9 +75,7 @@ def test_optimality_conditions(seed, m, n, reach, tone, flaw):
     assert found.iterations <= MAX_ITERATIONS
     assert np.isfinite(found.drive).all()
     assert np.array_equal(found.activation, np.clip(found.drive, 0.0, 1.0))
-    np.testing.assert_allclose(
-        found.drive, tone + A.T @ y, rtol=1e-9, atol=1e-9 * (1 + np.abs(y * scale).max())
-    )
+    np.testing.assert_allclose(found.drive, tone + A.T @ y, rtol=1e-9, atol=1e-9 * (1 + np.abs(y * scale).max()))
     shortfall = (A @ found.activation - b) / scale
     np.testing.assert_allclose(shortfall, -SLACK * y * scale, atol=1e-6 * (1 + reach))
     if reach <= 1.0:

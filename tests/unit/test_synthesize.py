@@ -160,9 +160,7 @@ def full_disk(*args, **kwargs):
 
 @pytest.mark.parametrize("where", ["open", "write", "rename"])
 @pytest.mark.parametrize("role", ["voluntary", "reflex"])
-def test_full_disk_loses_nothing_that_was_finished(
-    tmp_path, voluntary, reflexive, refusal, monkeypatch, where, role
-):
+def test_full_disk_loses_nothing_that_was_finished(tmp_path, voluntary, reflexive, refusal, monkeypatch, where, role):
     main, arguments = (synthesize.main, voluntary) if role == "voluntary" else (synthesize_reflex.main, reflexive)
     main(arguments("shard0000.h5", 0))
     whole = (tmp_path / "shard0000.h5").read_bytes()

@@ -49,7 +49,7 @@ rule body_check:
         "results/{run}/benchmarks/body/{body}_check.tsv"
     conda:
         "../../environment.yml"
-    threads: 1
+    threads: 2
     params:
         seed=settings["seed"],
         sizes=settings["sizes"]["body"],
@@ -58,7 +58,7 @@ rule body_check:
     shell:
         "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.body.check --variant {wildcards.body}"
         " --body {params.body} --seed {params.seed} --poses {params.sizes[poses]} --seconds {params.sizes[seconds]}"
-        " --starts {params.sizes[starts]} --out {params.folder} > {log} 2>&1"
+        " --starts {params.sizes[starts]} --jobs {threads} --out {params.folder} > {log} 2>&1"
 
 
 rule body_benchmark:

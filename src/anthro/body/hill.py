@@ -46,9 +46,7 @@ def active_force(e, e_rate, max_force):
 def passive_force(e, e_rate, max_force):
     """Force of the parallel element, f_P (Eq. 1), N."""
     spring = STIFFNESS_PER_FORCE * max_force
-    return np.maximum(
-        0.0, spring * (np.exp(EXPONENT * e) - 1.0) + DAMPING_PER_STIFFNESS * spring * e_rate
-    )
+    return np.maximum(0.0, spring * (np.exp(EXPONENT * e) - 1.0) + DAMPING_PER_STIFFNESS * spring * e_rate)
 
 
 @njit(cache=True, error_model="numpy")
