@@ -10,8 +10,8 @@ import pytest
 from anthro.body import Body
 from anthro.body.contact import Seat, World
 from anthro.body.model import Contacts
-from anthro.body.paths import Paths
 from anthro.body.simulator import Simulator
+from anthro.body.straight import is_straight
 from anthro.errors import UserError
 
 MASS = 75.0
@@ -50,6 +50,7 @@ def as_body(spec, muscles=0, ligaments=(), contacts=(), surfaces="ground seat", 
         "joint_stiffness": np.full(len(hinges), 2.0),
         "joint_damping": np.full(len(hinges), 0.5),
         "muscle_names": tuple(f"muscle{i}" for i in range(muscles)),
+        "muscle_regions": ("core",) * muscles,
         "muscle_groups": ("trunk",) * muscles,
         "max_force": np.full(muscles, 400.0),
         "slack_length": 0.6 * neutral,
@@ -229,21 +230,66 @@ def test_a_limp_body_that_falls_on_the_ground_gains_no_energy(seed):
 # Paths
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_pruned_paths_hold_all_of_mujocos_slopes(column, seed):
-    rng, simulator = np.random.default_rng(seed), column.simulator()
-    pose = simulator.qpos.copy()
-    pose[7:] = rng.uniform(-0.5, 0.5, 9)
-    pose[3:7] = rng.normal(size=4)
-    simulator.reset(pose)
-    model, data = simulator.model, simulator.data
-    full = np.zeros((model.ntendon, model.nv))
+def mujocos_paths(model, qpos):
+    """Lengths (t,) and dense slopes (t, nv) of all tendons by ``mj_tendon``, at a pose (nq,)."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    slopes = np.zeros((model.ntendon, model.nv))
     for row in range(model.ntendon):
         entries = slice(model.ten_J_rowadr[row], model.ten_J_rowadr[row] + model.ten_J_rownnz[row])
-        full[row, model.ten_J_colind[entries]] = data.ten_J[entries]
-    paths = Paths(model, data)
-    paths.refresh()
-    np.testing.assert_allclose(paths.dense(model.ntendon, model.nv), full, atol=1e-12)
+        slopes[row, model.ten_J_colind[entries]] = data.ten_J[entries]
+    return data.ten_length, slopes
+
+
+def random_pose(body, rng):
+    """Angles over the whole range, and a root anywhere (nq,)."""
+    pose = body.simulator().qpos.copy()
+    pose[-body.dof_count :] = rng.uniform(*body.q_range.T)
+    if body.root_free:
+        pose[:3], pose[3:7] = rng.normal(size=3), rng.normal(size=4)
+        pose[3:7] /= np.linalg.norm(pose[3:7])
+    return pose
+
+
+@pytest.mark.parametrize("which", ["column", "arm", "whole"])
+def test_paths_are_mujocos_at_random_poses(which, request):
+    """Straight paths and wrapped ones, lengths and all slopes."""
+    body, rng = request.getfixturevalue(which), np.random.default_rng(8)
+    simulator = body.simulator()
+    for _ in range(20):
+        simulator.reset(random_pose(body, rng))
+        length, slopes = mujocos_paths(body.model, simulator.qpos)
+        np.testing.assert_allclose(simulator.data.ten_length, length, rtol=0.0, atol=1e-14)
+        paths = simulator._paths
+        np.testing.assert_allclose(paths.dense(body.model.ntendon, body.model.nv), slopes, rtol=0.0, atol=1e-14)
+
+
+def test_paths_of_two_trees_and_pulleys_are_left_to_mujoco():
+    """Two bones that hang in the world beside one another; the world itself belongs to either."""
+    spec = new_spec()
+    bones = [add_bone(spec.worldbody, name, (x, 0, 0), 1.0) for name, x in (("one", 0.0), ("other", 0.3))]
+    for k, bone in enumerate(bones):
+        bone.add_joint(name=f"hinge{k}", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, 1, 0.2))
+    add_tendon(spec, "within", (spec.worldbody, (0.1, 0.1, 0.2)), (bones[1], (0.02, 0, 0.1)), (bones[1], (0, 0, 0.2)))
+    add_tendon(spec, "between", (bones[0], (0.05, 0, 0.1)), (bones[1], (0, 0.05, 0.15)))
+    add_tendon(spec, "branched", (bones[0], (0.05, 0, 0.2)), (spec.worldbody, (0, 0.05, 0.3)))
+    spec.tendon("branched").wrap_pulley(2.0)
+    for name in ("between_0", "branched_1"):
+        spec.tendon("branched").wrap_site(name)
+    body = as_body(spec, muscles=3)
+    assert [is_straight(body.model, tendon) for tendon in range(3)] == [True, False, False]
+    simulator = body.simulator()
+    simulator.reset(np.array([0.4, -0.5]))
+    length, slopes = mujocos_paths(body.model, simulator.qpos)
+    np.testing.assert_allclose(simulator.data.ten_length, length, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(simulator.jacobian, slopes, rtol=0.0, atol=1e-14)
+
+
+def test_rows_hold_only_joints_that_change_a_length(column):
+    paths = column.simulator()._paths
     assert np.diff(paths.start).max() == 9 and np.diff(paths.start).min() == 3
 
 
@@ -427,8 +473,8 @@ def save(body, folder):
     tables = {
         "joints": ("joint,min,max,rest,stiffness,damping", body.dof_names, low, high, body.q_rest)
         + (body.joint_stiffness, body.joint_damping),
-        "muscles": ("muscle,group,max_force,slack_length,tendon_length", body.muscle_names, body.muscle_groups)
-        + (body.max_force, body.slack_length, body.tendon_length),
+        "muscles": ("muscle,region,group,max_force,slack_length,tendon_length", body.muscle_names)
+        + (body.muscle_regions, body.muscle_groups, body.max_force, body.slack_length, body.tendon_length),
         "ligaments": ("ligament,stiffness,damping,slack_low,slack_high", body.ligament_names)
         + (body.ligament_stiffness, body.ligament_damping, *slack),
         "contacts": ("contact,radius,surfaces", body.contacts.names, body.contacts.radius)

@@ -104,14 +104,14 @@ def measure(body: Body, seconds: float, repeats: int, seed: int) -> dict[str, li
 def stages(body: Body, step: float, seed: int) -> dict[str, float]:
     """Median processor time in s of the parts of one step, and of the whole step, along a rollout."""
     simulator = Simulator(body, step, World())
-    model, data, touch = simulator.model, simulator.data, simulator._touch
+    model, data, paths = simulator.model, simulator.data, simulator._paths
     activation = noise(STAGE_STEPS, body.muscle_count, step, stream(seed, "body.benchmark.stages"))
     parts = {
         "kinematics": lambda row: (mujoco.mj_kinematics(model, data), mujoco.mj_comPos(model, data)),
-        "tendons": lambda row: (mujoco.mj_tendon(model, data), simulator._paths.refresh()),
+        "tendons": lambda row: (paths.refresh_positions(), paths.refresh_velocities(data.qvel)),
         "mass matrix": lambda row: mujoco.mj_makeM(model, data),
         "bias": lambda row: (mujoco.mj_comVel(model, data), mujoco.mj_rne(model, data, 0, data.qfrc_bias)),
-        "contact": lambda row: (touch.refresh_positions(data), touch.refresh_velocities(data.qvel)),
+        "contact": lambda row: simulator._meet(),
         "assembly": simulator._assemble,
         "solve": lambda row: simulator._solve(),
         "whole step": simulator.step,

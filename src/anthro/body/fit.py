@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 SHORTEST, LONGEST = 0.6, 1.08  # fiber length over l0 at the ends of the sampled lengths
@@ -37,20 +36,6 @@ class FiberFit:
     def outside(self) -> np.ndarray:
         """(n,) bool: fibers that leave 0.5 to 1.6 l0."""
         return (self.shortest < HARD_LIMITS[0]) | (self.longest > HARD_LIMITS[1])
-
-
-def path_lengths(model: mujoco.MjModel, postures: np.ndarray) -> np.ndarray:
-    """Tendon path lengths (count, n) m at postures (count, m) rad."""
-    data = mujoco.MjData(model)
-    hinges = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE]
-    lengths = np.empty((len(postures), model.ntendon))
-    for row, q in enumerate(postures):
-        data.qpos[hinges] = q
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        lengths[row] = data.ten_length
-    return lengths
 
 
 def twins_share(lengths: np.ndarray, names: list[str]) -> np.ndarray:

@@ -14,16 +14,19 @@ of first order.
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
-from numba import njit
-from scipy.linalg.lapack import dpotrf, dpotrs
 
 from anthro.body import hill
 from anthro.body.contact import Touch, World
 from anthro.body.model import Body
-from anthro.body.paths import Paths, add_springs, rates
-from anthro.body.stops import LIMIT_DAMPING, LIMIT_STIFFNESS, Stops, limit_torque, meet_limits
+from anthro.body.paths import Paths
+from anthro.body.rows import INDEX
+from anthro.body.springs import assemble
+from anthro.body.stops import LIMIT_DAMPING, LIMIT_STIFFNESS, Stops, limit_torque, meet_cords, meet_limits
+from anthro.body.system import System
 from anthro.errors import UserError
 
 __all__ = ["DEFAULT_STEP", "LIMIT_DAMPING", "LIMIT_STIFFNESS", "Simulator", "limit_torque"]
@@ -31,13 +34,14 @@ __all__ = ["DEFAULT_STEP", "LIMIT_DAMPING", "LIMIT_STIFFNESS", "Simulator", "lim
 DEFAULT_STEP = 0.005
 CORRECTIONS = 4  # most times that the set of pushing stops is settled anew in one step
 BIAS_CORRECTIONS = 2  # times that Coriolis forces are computed from the step's end velocity
+FEW = 0.25  # changes to the system, as a share of its size, up to which it is amended and not factored anew
 
 
 class Simulator:
     """Steps one body of m hinges, n muscles, k ligaments; nv = m velocities, m + 6 where the root is free.
 
-    A step is :meth:`_assemble`, :meth:`_solve`, :meth:`_advance`, then :meth:`refresh`, which is
-    :meth:`_positions` and :meth:`_velocities`.
+    A step is :meth:`_assemble`, :meth:`_solve`, :meth:`_advance`, then :meth:`refresh`. MuJoCo's ``data`` is up to date
+    after it in what kinematics, composite inertia and ``qfrc_bias`` give, and in ``ten_length``.
 
     Parameters
     ----------
@@ -47,7 +51,6 @@ class Simulator:
 
     Attributes
     ----------
-    strain, strain_rate : (n,) of the fibers and 1/s; new arrays in every step.
     low, high : (m,) limits of the hinges, rad.
     """
 
@@ -56,59 +59,59 @@ class Simulator:
         self.step_seconds = float(step)
         self.model, self.data = body.model, mujoco.MjData(body.model)
         self.low, self.high = np.ascontiguousarray(body.q_range.T)
-        m, n, nv = body.dof_count, body.muscle_count, self.model.nv
+        m, nv = body.dof_count, self.model.nv
         self._hinges = slice(nv - m, nv)
+        self._angles, self._velocity = self.data.qpos[self.model.nq - m :], self.data.qvel
         self._paths = Paths(self.model, self.data)
-        self._path_rate = np.zeros(self.model.ntendon)
-        self._tension, self._stiffness, self._damping = np.zeros((3, self.model.ntendon))
-        self._muscles, self._ligaments = slice(0, n), slice(n, None)
         is_strut = body.ligament_slack[:, 0] == body.ligament_slack[:, 1]
-        self._struts, self._cords = np.flatnonzero(is_strut), np.flatnonzero(~is_strut)
         # struts are springs as the muscles are, cords are stops
-        self._stiffness[n:] = np.where(is_strut, body.ligament_stiffness, 0.0)
-        self._damping[n:] = np.where(is_strut, body.ligament_damping, 0.0)
+        self._struts, self._cords = np.flatnonzero(is_strut), np.flatnonzero(~is_strut)
         self._touch = None if world is None else Touch(body, world)
         self._stops = self._make_stops()
-        self._lower, self._factor = np.zeros((nv, nv)), np.zeros((nv, nv))
-        self._force, self._right, self._bias, self._velocity, self._applied = np.zeros((5, nv))
-        self._joint_stiffness, self._joint_damping = np.zeros((2, nv))
-        self._joint_stiffness[self._hinges] = body.joint_stiffness
-        self._joint_damping[self._hinges] = body.joint_damping
-        self._angles = np.zeros(nv)
-        self._mass_rows = (self.model.M_rowadr, self.model.M_rownnz, self.model.M_colind, self.data.M)
+        contacts = 0 if self._touch is None else len(body.contacts)
+        self._system = System(nv, len(self._stops) + 2 * contacts)
+        self._start_velocity, self._bias, self._applied = np.zeros((3, nv))
+        self._terms = self._assembled()
         self.reset(self._rest_pose())
+
+    def _assembled(self) -> tuple:
+        """What :func:`anthro.body.springs.assemble` needs besides activations."""
+        body, data, model, paths, system = self.body, self.data, self.model, self._paths, self._system
+        struts = self._struts
+        return (
+            *(system.lower, system.force, self._applied),
+            *(model.M_rowadr, model.M_rownnz, model.M_colind, data.M),
+            *(self._angles, self._velocity, self.step_seconds, body.joint_stiffness, body.joint_damping),
+            *(paths.start, paths.column, paths.value, paths.length, paths.rate),
+            *(body.tendon_length, body.slack_length, body.max_force),
+            *((body.muscle_count + struts).astype(INDEX), body.ligament_stiffness[struts]),
+            *(body.ligament_damping[struts], body.ligament_slack[struts, 1]),
+        )
 
     def _make_stops(self) -> Stops:
         """One stop for each joint limit, then each cord, then each contact."""
-        body, first = self.body, self._hinges.start
+        body, paths, first = self.body, self._paths, self._hinges.start
         hinges = [[first + j] for j in range(body.dof_count)]
-        start, column = self._paths.start, self._paths.column
         rows = body.muscle_count + self._cords
-        cords = [column[start[row] : start[row + 1]] for row in rows]
-        entries = [np.arange(start[row], start[row + 1]) for row in rows]
-        self._cord_entries = np.concatenate([*entries, np.empty(0)]).astype(int)
-        self._cord_lengths = np.diff(start)[rows]
+        cords = [paths.column[paths.start[row] : paths.start[row + 1]] for row in rows]
         contacts = self._touch.columns if self._touch else []
-        sizes = np.cumsum([len(hinges), len(cords), len(contacts)])
-        self._limit_stops, self._cord_stops, self._contact_stops = (
-            slice(0, sizes[0]),
-            slice(sizes[0], sizes[1]),
-            slice(sizes[1], sizes[2]),
-        )
-        world = self.world or World()
-        return Stops(
+        ends = np.cumsum([0, len(hinges), len(cords), len(contacts)])
+        limit_stops, self._cord_stops, self._contact_stops = (slice(*ends[k : k + 2]) for k in range(3))
+        world, counts = self.world or World(), np.diff(ends)
+        stiffness = LIMIT_STIFFNESS, body.ligament_stiffness[self._cords], world.stiffness
+        damping = LIMIT_DAMPING, body.ligament_damping[self._cords], world.damping
+        stops = Stops(
             [*hinges, *cords, *contacts],
-            np.r_[
-                np.full(len(hinges), LIMIT_STIFFNESS),
-                body.ligament_stiffness[self._cords],
-                np.full(len(contacts), world.stiffness),
-            ],
-            np.r_[
-                np.full(len(hinges), LIMIT_DAMPING),
-                body.ligament_damping[self._cords],
-                np.full(len(contacts), world.damping),
-            ],
+            *(np.concatenate([np.full(*pair) for pair in zip(counts, of, strict=True)]) for of in (stiffness, damping)),
+            self.step_seconds,
         )
+        self._limits = self._angles, self.low, self.high, *stops.part(limit_stops)
+        low, high = np.ascontiguousarray(body.ligament_slack[self._cords].T)
+        slopes = paths.start, paths.value, rows.astype(INDEX)
+        self._cord_terms = paths.length, low, high, *slopes, *stops.part(self._cord_stops)
+        self._contact_terms = stops.part(self._contact_stops)
+        self._contact_load = stops.load[self._contact_stops], stops.active[self._contact_stops]
+        return stops
 
     def _rest_pose(self) -> np.ndarray:
         pose = self.model.qpos0.copy()
@@ -132,59 +135,47 @@ class Simulator:
 
     def refresh(self) -> None:
         """Recompute everything that follows from position and velocity."""
-        self._positions()
-        self._velocities()
-
-    def _positions(self) -> None:
-        model, data, body = self.model, self.data, self.body
+        model, data, velocity = self.model, self.data, self._velocity
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
         mujoco.mj_makeM(model, data)
-        self._paths.refresh()
-        stops, length = self._stops, data.ten_length
-        self.strain = hill.strain(length[self._muscles] - body.tendon_length, body.slack_length)
-        self._angles[self._hinges] = self.joint_angles
-        meet_limits(self._angles[self._hinges], self.low, self.high, stops.overlap, stops.value)
-        if len(self._cords):
-            self._meet_cords(length[self._ligaments][self._cords])
-        if self._touch:
-            self._touch.refresh_positions(data)
-            stops.overlap[self._contact_stops] = self._touch.overlap
-            first = stops.start[self._contact_stops.start]
-            np.negative(self._touch.slope[2], out=stops.value[first:])
-
-    def _meet_cords(self, length) -> None:
-        low, high = self.body.ligament_slack[self._cords].T
-        long = length - high > low - length
-        self._stops.overlap[self._cord_stops] = np.where(long, length - high, low - length)
-        first = self._stops.start[self._cord_stops.start]
-        sign = np.repeat(np.where(long, 1.0, -1.0), self._cord_lengths)
-        self._stops.value[first : first + len(sign)] = sign * self._paths.value[self._cord_entries]
-
-    def _velocities(self) -> None:
-        model, data, paths = self.model, self.data, self._paths
         mujoco.mj_comVel(model, data)
         mujoco.mj_rne(model, data, 0, data.qfrc_bias)
-        rates(paths.start, paths.column, paths.value, data.qvel, self._path_rate)
-        self.strain_rate = self._path_rate[self._muscles] / self.body.slack_length
-        self._stops.refresh(data.qvel)
+        self._paths.refresh_positions()
+        self._paths.refresh_velocities(velocity)
+        self._meet()
+
+    def _meet(self) -> None:
+        """Overlaps of the stops, their slopes and rates."""
+        meet_limits(*self._limits)
+        if len(self._cords):
+            meet_cords(*self._cord_terms)
         if self._touch:
-            self._touch.refresh_velocities(data.qvel)
+            self._touch.refresh_positions(self.data, *self._contact_terms)
+            self._touch.refresh_velocities(self._velocity)
+        self._stops.refresh_velocities(self._velocity)
 
     qpos = property(lambda self: self.data.qpos, doc="Position (nq,), a view.")
     qvel = property(lambda self: self.data.qvel, doc="Velocity (nv,), a view.")
     time = property(lambda self: self.data.time, doc="Time in s.")
 
-    @property
-    def joint_angles(self) -> np.ndarray:
-        """Angles of the hinges (m,) rad, a view."""
-        return self.data.qpos[self.model.nq - self.body.dof_count :]
+    joint_angles = property(lambda self: self._angles, doc="Angles of the hinges (m,) rad, a view.")
 
     @property
     def joint_velocities(self) -> np.ndarray:
         """Velocities of the hinges (m,) rad/s, a view."""
-        return self.data.qvel[self._hinges]
+        return self._velocity[self._hinges]
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strains (n,) of the fibers, a new array."""
+        body = self.body
+        return hill.strain(self._paths.length[: body.muscle_count] - body.tendon_length, body.slack_length)
+
+    @property
+    def strain_rate(self) -> np.ndarray:
+        """Strain rates (n,) 1/s of the fibers, a new array."""
+        return self._paths.rate[: self.body.muscle_count] / self.body.slack_length
 
     @property
     def jacobian(self) -> np.ndarray:
@@ -249,12 +240,12 @@ class Simulator:
 
     def ligament_force(self) -> np.ndarray:
         """Tensions (k,) N of the ligaments in the present state; a strut's is negative where it pushes."""
-        force = np.zeros(self.body.ligament_count)
-        force[self._struts] = self._strut_tension()
-        stops = self._cord_stops
-        long = self.data.ten_length[self._ligaments][self._cords] > self.body.ligament_slack[self._cords].mean(axis=1)
-        force[self._cords] = np.where(long, 1.0, -1.0) * self._stops.force()[stops]
-        return force
+        body, cords = self.body, self._cords
+        length, rate = self._paths.length[body.muscle_count :], self._paths.rate[body.muscle_count :]
+        struts = body.ligament_stiffness * (length - body.ligament_slack[:, 1]) + body.ligament_damping * rate
+        long = length[cords] > body.ligament_slack[cords].mean(axis=1)
+        struts[cords] = np.where(long, 1.0, -1.0) * self._stops.force()[self._cord_stops]
+        return struts
 
     def contact_force(self) -> np.ndarray:
         """Forces (contacts, 3) N of the world on the body in the present state; zeros in empty space."""
@@ -277,7 +268,7 @@ class Simulator:
         gravity = -sum(self.model.body_mass * (data.xipos @ self.model.opt.gravity))
         elastic = hill.passive_energy(self.strain, body.max_force, body.slack_length).sum()
         elastic += 0.5 * body.joint_stiffness @ np.square(self.joint_angles)
-        stretch = data.ten_length[self._ligaments][self._struts] - body.ligament_slack[self._struts, 1]
+        stretch = (self._paths.length[body.muscle_count :] - body.ligament_slack[:, 1])[self._struts]
         elastic += 0.5 * body.ligament_stiffness[self._struts] @ np.square(stretch)
         return float(kinetic + gravity + elastic + self._stops.energy())
 
@@ -293,104 +284,77 @@ class Simulator:
         self._advance(self._solve())
         self.refresh()
 
-    def _muscle_terms(self, activation):
-        """Tension (N), stiffness (N/m) and damping (N s/m) of the muscles."""
-        length, state = self.body.slack_length, (self.strain, self.strain_rate, self.body.max_force)
-        stiffness = hill.stiffness(activation, *state) / length
-        return hill.force(activation, *state), stiffness, hill.damping(activation, *state) / length
-
-    def _strut_tension(self) -> np.ndarray:
-        """Tension (struts,) N, negative where one pushes."""
-        rows = self.body.muscle_count + self._struts
-        stretch = self.data.ten_length[rows] - self.body.ligament_slack[self._struts, 1]
-        return self._stiffness[rows] * stretch + self._damping[rows] * self._path_rate[rows]
-
     def _assemble(self, activation) -> None:
         """Lower triangle and force of the step's system without the stops."""
-        body, data, paths, h = self.body, self.data, self._paths, self.step_seconds
         activation = np.ascontiguousarray(activation, float)
-        if activation.shape != (body.muscle_count,):
-            raise UserError(f"{body.name} takes {body.muscle_count} activations, got {activation.shape}")
-        springs = self._tension, self._stiffness, self._damping
-        for row, muscles in zip(springs, self._muscle_terms(activation), strict=True):
-            row[self._muscles] = muscles
-        if len(self._struts):
-            self._tension[body.muscle_count + self._struts] = self._strut_tension()
-        _joint_terms(
-            self._lower,
-            self._force,
-            *self._mass_rows,
-            self._angles,
-            data.qvel,
-            self._applied,
-            h,
-            self._joint_stiffness,
-            self._joint_damping,
-        )
-        add_springs(self._lower, self._force, paths.start, paths.column, paths.value, self._path_rate, h, *springs)
+        if activation.shape != (self.body.muscle_count,):
+            raise UserError(f"{self.body.name} takes {self.body.muscle_count} activations, got {activation.shape}")
+        assemble(activation, *self._terms)
 
     def _solve(self) -> np.ndarray:
         """Velocity change (nv,) of the step, the pushing stops settled with it."""
-        h, stops, velocity = self.step_seconds, self._stops, self.data.qvel
-        stops.guess(h)
-        for _ in range(CORRECTIONS):
-            np.copyto(self._factor, self._lower)
-            np.copyto(self._right, self._force)
-            stops.add(self._factor, self._right, h)
-            if self._touch:
-                contacts = self._contact_stops
-                self._touch.add(self._factor, self._right, h, stops.load[contacts], stops.active[contacts])
-            # LAPACK sees the transpose: its upper triangle
-            _, info = dpotrf(self._factor.T, lower=0, clean=0, overwrite_a=1)
-            change = self._velocity_change(self.data.qfrc_bias)
-            for _ in range(BIAS_CORRECTIONS):
-                change = self._velocity_change(self._bias_at(velocity + change))
-            if info or not np.isfinite(change).all():
-                raise UserError(self._complaint(info))
-            if not self._correct(velocity + change):
-                break
-        return change
+        velocity = self._start_velocity
+        np.copyto(velocity, self._velocity)
+        try:
+            self._stops.guess()
+            info = self._factorize()
+            for remaining in reversed(range(CORRECTIONS)):
+                change = self._change(self.data.qfrc_bias)
+                for _ in range(BIAS_CORRECTIONS):
+                    change = self._change(self._bias_at(velocity + change))
+                if info or not math.isfinite(change @ change):
+                    raise UserError(self._complaint(info))
+                if not self._correct(velocity + change) or not remaining:
+                    return change
+                info = self._amend()
+        finally:
+            np.copyto(self._velocity, velocity)
 
-    def _velocity_change(self, bias) -> np.ndarray:
-        """Solve the factored system under gravity and Coriolis forces ``bias`` (nv,)."""
-        return dpotrs(self._factor.T, self.step_seconds * (self._right - bias), lower=0, overwrite_b=1)[0]
+    def _factorize(self) -> int:
+        """Factor the system with the stops that push; LAPACK's ``info``."""
+        system = self._system
+        system.begin()
+        self._stops.add(system.factor, system.right)
+        if self._touch:
+            self._touch.add(system.factor, system.right, self.step_seconds, *self._contact_load)
+        return system.factorize()
+
+    def _amend(self) -> int:
+        """Put changes of the stops into the factored system; LAPACK's ``info``."""
+        count = self._stops.list_changes(self._system.changes, 0)
+        if self._touch:
+            count = self._touch.list_changes(self._system.changes, count, self.step_seconds, *self._contact_load)
+        if count > FEW * self.model.nv:
+            return self._factorize()
+        self._system.amend(count)
+        return 0
+
+    def _change(self, bias) -> np.ndarray:
+        """Velocity change (nv,) of the step under gravity and Coriolis forces ``bias`` (nv,)."""
+        return self._system.solve(self.step_seconds * (self._system.right - bias))
 
     def _bias_at(self, velocity) -> np.ndarray:
-        """Gravity and Coriolis forces (nv,) at a velocity (nv,) in the present posture."""
-        data = self.data
-        np.copyto(self._velocity, data.qvel)
-        np.copyto(data.qvel, velocity)
-        mujoco.mj_comVel(self.model, data)
-        mujoco.mj_rne(self.model, data, 0, self._bias)
-        np.copyto(data.qvel, self._velocity)
+        """Gravity and Coriolis forces (nv,) at a velocity (nv,) in the present posture; ``qvel`` is overwritten."""
+        np.copyto(self._velocity, velocity)
+        mujoco.mj_comVel(self.model, self.data)
+        mujoco.mj_rne(self.model, self.data, 0, self._bias)
         return self._bias
 
     def _correct(self, velocity) -> bool:
         """Compare stops and friction with the step's end velocity (nv,); True when they must be settled anew."""
-        switched = self._stops.correct(velocity, self.step_seconds)
+        switched = self._stops.correct(velocity)
         if self._touch:
-            switched |= self._touch.correct(velocity, self._stops.active[self._contact_stops])
+            switched |= self._touch.correct(velocity, self._contact_load[1])
         return switched
 
     def _complaint(self, info: int) -> str:
         """What to tell when a step has no finite solution."""
-        broken = ~np.isfinite(self._right)
+        broken = ~np.isfinite(self._system.right)
         first = int(np.argmax(broken)) if broken.any() else max(info - 1, 0)
         return f"simulation is not finite at {self.time:.3f} s, first at {self.body.velocity_names[first]}"
 
     def _advance(self, change) -> None:
         data = self.data
-        data.qvel += change
-        mujoco.mj_integratePos(self.model, data.qpos, data.qvel, self.step_seconds)
+        self._velocity += change
+        mujoco.mj_integratePos(self.model, data.qpos, self._velocity, self.step_seconds)
         data.time += self.step_seconds
-
-
-@njit(cache=True)
-def _joint_terms(lower, force, row_start, row_count, columns, mass, q, v, applied, h, stiffness, damping):
-    """Begin the system: lower triangle of M, joint springs and dampers, applied forces."""
-    lower[:] = 0.0
-    for i in range(q.shape[0]):
-        for k in range(row_start[i], row_start[i] + row_count[i]):
-            lower[i, columns[k]] = mass[k]
-        lower[i, i] += h * damping[i] + h * h * stiffness[i]
-        force[i] = applied[i] - damping[i] * v[i] - stiffness[i] * (q[i] + h * v[i])

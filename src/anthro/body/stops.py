@@ -11,20 +11,21 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from anthro.body.paths import add_square, rates
+from anthro.body.rows import add_row, add_square, dot, layout, rates
 
-LIMIT_STIFFNESS = 800.0  # N m/rad beyond the anatomical range
-LIMIT_DAMPING = 4.0  # N m s/rad beyond the anatomical range
+LIMIT_STIFFNESS = 2000.0  # N m/rad beyond the anatomical range
+LIMIT_DAMPING = 10.0  # N m s/rad beyond the anatomical range
 TOLERANCE = 1e-9  # overlaps in rad or m, forces in N or N m
 
 
 class Stops:
-    """A set of stops, in rows one behind the other as :class:`~anthro.body.paths.Paths`.
+    """A set of stops, in rows one behind the other (:mod:`anthro.body.rows`).
 
     Parameters
     ----------
     columns : for each stop the velocities that it depends on.
     stiffness, damping : (s,).
+    step : s.
 
     Attributes
     ----------
@@ -33,23 +34,28 @@ class Stops:
     load : (s,) the push expected at the step's end, N or N m.
     """
 
-    def __init__(self, columns, stiffness, damping):
+    def __init__(self, columns, stiffness, damping, step: float):
         count = len(columns)
-        self.start = np.cumsum([0] + [len(row) for row in columns])
-        self.column = np.concatenate([*columns, np.empty(0)]).astype(np.int64)
+        self.start, self.column = layout(columns)
         self.value = np.zeros(len(self.column))
         self.stiffness = np.array(stiffness, float)
         self.damping = np.array(damping, float)
         self.overlap = np.full(count, -np.inf)
         self.rate, self.load = np.zeros(count), np.zeros(count)
-        self.active = np.zeros(count, bool)
+        self.active, self._added = np.zeros((2, count), bool)
+        self._rows = self.start, self.column, self.value
+        self._state = step, self.overlap, self.rate, self.stiffness, self.damping, self.load, self.active
 
     def __len__(self) -> int:
         return len(self.overlap)
 
-    def refresh(self, v) -> None:
+    def part(self, stops: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Overlaps and slopes of some successive stops, views."""
+        return self.overlap[stops], self.value[self.start[stops.start] : self.start[stops.stop]]
+
+    def refresh_velocities(self, v) -> None:
         """Rates of overlap at velocities ``v`` (nv,)."""
-        rates(self.start, self.column, self.value, v, self.rate)
+        rates(*self._rows, v, self.rate)
 
     def force(self) -> np.ndarray:
         """Pushes (s,) in the present state, N or N m."""
@@ -60,40 +66,21 @@ class Stops:
         """Energy stored in the springs, J."""
         return float(0.5 * self.stiffness @ np.square(np.maximum(self.overlap, 0.0)))
 
-    def guess(self, h: float) -> None:
+    def guess(self) -> None:
         """Expect those to push that overlap at the end of a step at the present velocity."""
-        _guess(h, self.overlap, self.rate, self.stiffness, self.damping, self.load, self.active)
+        _guess(*self._state)
 
-    def add(self, lower, force, h: float) -> None:
-        """Put the active stops into the step's system (see :func:`anthro.body.paths.add_springs`)."""
-        _add(
-            lower,
-            force,
-            self.start,
-            self.column,
-            self.value,
-            self.overlap,
-            self.rate,
-            h,
-            self.stiffness,
-            self.damping,
-            self.active,
-        )
+    def add(self, lower, force) -> None:
+        """Put the active stops into the step's system (:class:`anthro.body.system.System`)."""
+        _add(lower, force, *self._rows, *self._state, self._added)
 
-    def correct(self, velocity, h: float) -> bool:
+    def list_changes(self, changes, count: int) -> int:
+        """List stops that were switched since :meth:`add` (:class:`anthro.body.system.Changes`); the new count."""
+        return _list_changes(*changes, count, *self._rows, *self._state, self._added)
+
+    def correct(self, velocity) -> bool:
         """Compare with the step's end velocity (nv,); True when a stop had to be switched."""
-        return _correct(
-            velocity,
-            h,
-            self.start,
-            self.column,
-            self.value,
-            self.overlap,
-            self.stiffness,
-            self.damping,
-            self.load,
-            self.active,
-        )
+        return _correct(velocity, *self._rows, *self._state)
 
 
 @njit(cache=True)
@@ -119,6 +106,19 @@ def meet_limits(q, low, high, overlap, slope):
 
 
 @njit(cache=True)
+def meet_cords(length, low, high, start, value, chosen, overlap, slope):
+    """Overlaps (c,) m and slopes of the cords ``chosen`` (c,) of all paths, each one's nearer bound."""
+    k = 0
+    for j in range(chosen.shape[0]):
+        i = chosen[j]
+        long = length[i] - high[j] > low[j] - length[i]
+        overlap[j] = length[i] - high[j] if long else low[j] - length[i]
+        for source in range(start[i], start[i + 1]):
+            slope[k] = value[source] if long else -value[source]
+            k += 1
+
+
+@njit(cache=True)
 def _guess(h, overlap, rate, stiffness, damping, load, active):
     for i in range(overlap.shape[0]):
         later = overlap[i] + h * rate[i]
@@ -127,25 +127,44 @@ def _guess(h, overlap, rate, stiffness, damping, load, active):
 
 
 @njit(cache=True)
-def _add(lower, force, start, column, value, overlap, rate, h, stiffness, damping, active):
-    for i in range(overlap.shape[0]):
-        if active[i]:
-            push = stiffness[i] * (overlap[i] + h * rate[i]) + damping[i] * rate[i]
-            for k in range(start[i], start[i + 1]):
-                force[column[k]] -= push * value[k]
-            weight = h * damping[i] + h * h * stiffness[i]
-            add_square(lower, column, value, start[i], start[i + 1], weight)
+def _terms(i, h, overlap, rate, stiffness, damping):
+    """A stop's push at the end of a step at the present velocity, and its weight in the system."""
+    push = stiffness[i] * (overlap[i] + h * rate[i]) + damping[i] * rate[i]
+    return push, h * damping[i] + h * h * stiffness[i]
 
 
 @njit(cache=True)
-def _correct(velocity, h, start, column, value, overlap, stiffness, damping, load, active):
+def _add(lower, force, start, column, value, h, overlap, rate, stiffness, damping, load, active, added):
+    for i in range(overlap.shape[0]):
+        added[i] = active[i]
+        if active[i]:
+            push, weight = _terms(i, h, overlap, rate, stiffness, damping)
+            add_row(force, start, column, value, i, -push)
+            add_square(lower, start, column, value, i, weight)
+
+
+@njit(cache=True)
+def _list_changes(
+    slope, weights, pushes, count, start, column, value, h, overlap, rate, stiffness, damping, load, active, added
+):
+    for i in range(overlap.shape[0]):
+        if active[i] != added[i]:
+            sign = 1.0 if active[i] else -1.0
+            push, weight = _terms(i, h, overlap, rate, stiffness, damping)
+            slope[count] = 0.0
+            add_row(slope[count], start, column, value, i, 1.0)
+            weights[count], pushes[count] = sign * weight, -sign * push
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _correct(velocity, start, column, value, h, overlap, rate, stiffness, damping, load, active):
     switched = False
     for i in range(overlap.shape[0]):
-        rate = 0.0
-        for k in range(start[i], start[i + 1]):
-            rate += value[k] * velocity[column[k]]
-        later = overlap[i] + h * rate
-        load[i] = stiffness[i] * later + damping[i] * rate
+        after = dot(start, column, value, i, velocity)
+        later = overlap[i] + h * after
+        load[i] = stiffness[i] * later + damping[i] * after
         if active[i] and load[i] < -TOLERANCE:
             active[i], switched = False, True
         elif not active[i] and later > TOLERANCE and load[i] > TOLERANCE:
