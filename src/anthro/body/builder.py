@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from anthro.body.meshes import MeshLibrary, mirrored
-from anthro.body.parts import BodyPlan, Part, left_name
+from anthro.body.parts import BodyPlan, Part
 from anthro.errors import UserError
 
 BONE_COLOUR = (0.90, 0.87, 0.80, 1.0)
@@ -35,7 +35,7 @@ class Builder:
         self.spec.option.disableflags = int(
             mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
         )
-        self._bodies, self._origins, self._raised = {}, {}, np.zeros(3)
+        self._bodies, self._origins = {}, {}
         self.muscles, self.muscle_regions, self.ligaments, self.contacts = [], [], [], []
 
     def add_skeleton(self, part: Part) -> None:
@@ -141,10 +141,7 @@ class Builder:
         body.ipos = np.array(bone.com) - origin
         body.inertia = bone.mass_kg * gyration
         mesh = self.meshes.get(bone.mesh)
-        if bone.bone != left_name(bone.bone[:-2] + "_r") or not bone.bone.endswith("_l"):
-            self._add_mesh(body, bone.bone, mesh, origin)
-        else:
-            self._add_mesh(body, bone.bone, mirrored(mesh), origin)
+        self._add_mesh(body, bone.bone, mirrored(mesh) if bone.bone.endswith("_l") else mesh, origin)
 
     def _add_mesh(self, body, name: str, mesh, origin: np.ndarray) -> None:
         self.spec.add_mesh(
