@@ -1,12 +1,6 @@
 # Tables to bodies, and what is measured on a body before anything learns on it.
 
 
-def tables_of(body):
-    """The anatomy that a body is made of."""
-    regions = [path for name in BODIES[body].regions for path in Path("config/body", name).glob("*.csv")]
-    return sorted(map(str, [*Path("config/body").glob("*.csv"), *regions]))
-
-
 rule body:
     input:
         code=source_files("anthro.body.build"),

@@ -13,6 +13,12 @@ def body_of(body):
     return [f"results/{{run}}/body/{body}/{name}" for name in parts]
 
 
+def tables_of(body):
+    """The anatomy that a body is made of."""
+    regions = [path for name in BODIES[body].regions for path in Path("config/body", name).glob("*.csv")]
+    return sorted(map(str, [*Path("config/body").glob("*.csv"), *regions]))
+
+
 def rounds_of(net):
     """Rounds of aggregation of a net: the reflex has one, its data need no student."""
     return settings["sizes"]["rounds"] if registry.NETS[net].role == "voluntary" else 1
