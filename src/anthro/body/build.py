@@ -14,7 +14,7 @@ from anthro import cli
 from anthro.body.builder import Builder, compose
 from anthro.body.fit import FiberFit, fit_fibers, twins_share
 from anthro.body.meshes import MeshLibrary
-from anthro.body.parts import absent_muscles, body_plan, both_sides, left_name, load_part
+from anthro.body.parts import absent_muscles, body_plan, load_parts, twin_name
 from anthro.body.postures import PostureSampler
 from anthro.errors import UserError
 from anthro.files import atomic, write_json
@@ -31,14 +31,10 @@ CM2 = 1e-4
 def assemble(name: str, tables: Path) -> tuple[Builder, mujoco.MjModel, list]:
     """Compose and compile the named body; returns the builder, the model and its joints' rows."""
     plan = body_plan(name)
-    absent = absent_muscles(plan, tables)
-    parts = [load_part(region, tables) for region in plan.regions]
+    absent, parts = absent_muscles(plan, tables), load_parts(plan, tables)
     known = {muscle.muscle for part in parts for muscle in part.muscles}
     if absent - known:
-        raise UserError(f"{tables / plan.absent}: {sorted(absent - known)[0]} is no muscle")
-    if plan.both_sides:
-        parts = [both_sides(part) for part in parts]
-        absent = absent | {left_name(muscle) for muscle in absent}
+        raise UserError(f"{tables / plan.absent}: {max(absent - known)} is no muscle")
     builder = compose(plan, parts, MeshLibrary(tables), absent)
     model = builder.compile()
     rows = {joint.joint: joint for part in parts for joint in part.joints}
@@ -83,7 +79,7 @@ def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES)
 
 
 def _joint_row(joint, rest_deg: dict) -> dict:
-    right = joint.joint[:-2] + "_r" if joint.joint.endswith("_l") else joint.joint
+    right = twin_name(joint.joint) if joint.joint.endswith("_l") else joint.joint
     rest = rest_deg.get(right, joint.rest_deg)
     low, high, rest = np.deg2rad([joint.min_deg, joint.max_deg, rest])
     return {

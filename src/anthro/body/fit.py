@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from anthro.body.parts import twins
+
 SHORTEST, LONGEST = 0.6, 1.08  # fiber length over l0 at the ends of the sampled lengths
 SHORTEST_OF_ALL = 0.54
 NEUTRAL = 1.02  # at most, in the neutral posture: a tenth of the muscle's strength
@@ -40,10 +42,7 @@ class FiberFit:
 
 def twins_share(lengths: np.ndarray, names: list[str]) -> np.ndarray:
     """Lengths (2 count, n): each muscle's and its twin's pooled, so that both sides get one fit."""
-    index = {name: i for i, name in enumerate(names)}
-    other = {"r": "l", "l": "r"}
-    twin = [index.get(f"{n[:-1]}{other.get(n[-1], n[-1])}", i) for i, n in enumerate(names)]
-    return np.sort(np.concatenate([lengths, lengths[:, twin]]), axis=0)
+    return np.sort(np.concatenate([lengths, lengths[:, twins(names)]]), axis=0)
 
 
 def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray, neutral: np.ndarray) -> FiberFit:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from anthro import cli
 from anthro.body.model import Body
-from anthro.body.parts import Part, body_plan, both_sides, load_part
+from anthro.body.parts import Part, body_plan, load_parts
 from anthro.body.tables import QUALITIES
 from anthro.errors import UserError
 from anthro.files import atomic
@@ -48,9 +48,7 @@ def take(body: Body, tables: Path) -> Inventory:
         The tables are not those that the body was built from.
     """
     plan = body_plan(body.name)
-    parts = [load_part(region, Path(tables)) for region in plan.regions]
-    if plan.both_sides:
-        parts = [both_sides(part) for part in parts]
+    parts = load_parts(plan, tables)
     inventory = Inventory(
         body=body.name,
         bones=[_bone(part, bone) for part in parts for bone in part.bones],

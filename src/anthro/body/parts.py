@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+import numpy as np
 
 from anthro.body.tables import (
     Absent,
@@ -112,11 +115,18 @@ def load_part(name: str, tables: Path) -> Part:
     )
 
 
+def load_parts(plan: BodyPlan, tables: Path) -> list[Part]:
+    """The regions of a body in order, with their left twins where it has them."""
+    parts = [load_part(region, tables) for region in plan.regions]
+    return [both_sides(part) for part in parts] if plan.both_sides else parts
+
+
 def absent_muscles(plan: BodyPlan, tables: Path) -> set[str]:
-    """Right fascicles that the plan's body lacks."""
+    """Fascicles that the plan's body lacks, with their left twins where it has those."""
     if plan.absent is None:
         return set()
-    return {row.muscle for row in read_table(Path(tables) / plan.absent, Absent)}
+    absent = {row.muscle for row in read_table(Path(tables) / plan.absent, Absent)}
+    return absent | {left_name(name) for name in absent} if plan.both_sides else absent
 
 
 def _optional(path: Path, row_type: type) -> tuple:
@@ -144,6 +154,17 @@ def _paths(path: Path, muscles: tuple[Muscle, ...]) -> dict[str, tuple[PathPoint
 def left_name(name: str) -> str:
     """The left twin's name; midline names stay."""
     return name[:-2] + "_l" if name.endswith("_r") else name
+
+
+def twin_name(name: str) -> str:
+    """The name on the other side; midline names stay."""
+    return name[:-2] + "_r" if name.endswith("_l") else left_name(name)
+
+
+def twins(names: Sequence[str]) -> np.ndarray:
+    """Index of each name's twin; itself where the twin is missing."""
+    place = {name: i for i, name in enumerate(names)}
+    return np.array([place.get(twin_name(name), i) for i, name in enumerate(names)], int)
 
 
 def is_paired(name: str) -> bool:

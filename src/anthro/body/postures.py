@@ -14,12 +14,8 @@ import mujoco
 import numpy as np
 
 PASSIVE = ("rib", "sternum_", "patella_")
-# Joints that bend together: each such chain is drawn bent as a whole in a part of the postures.
-CHAINS = {
-    "flexion": ("_flexion", "CTL"),
-    "lateral": ("_lateral", "CTL"),
-    "axial": ("_axial", "CTL"),
-}
+# Spinal joints that bend together: each such chain is drawn bent as a whole in a part of the postures.
+CHAINS, LEVELS = ("_flexion", "_lateral", "_axial"), "CTL"
 SETTLING_STEPS = 4
 SPREAD = 0.25  # of the half range, by which joints of a chain that is bent as a whole differ
 
@@ -40,8 +36,7 @@ class PostureSampler:
         self._qpos, self._dof = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         self.low, self.high = model.jnt_range[joints].T
         self._chains = [
-            np.array([i for i, n in enumerate(names) if ending in n and n[0] in levels], int)
-            for ending, levels in CHAINS.values()
+            np.array([i for i, n in enumerate(names) if ending in n and n[0] in LEVELS], int) for ending in CHAINS
         ]
         bones = model.jnt_bodyid[joints]
         self._balls = [
@@ -51,6 +46,9 @@ class PostureSampler:
         self._stiffness = model.jnt_stiffness[joints][self._passive]
         self._ligaments = np.flatnonzero(model.tendon_stiffness > 0.0)
         self._spring = model.tendon_stiffness[self._ligaments]
+        spans = [slice(model.ten_J_rowadr[t], model.ten_J_rowadr[t] + model.ten_J_rownnz[t]) for t in self._ligaments]
+        self._entry = np.concatenate([np.arange(s.start, s.stop) for s in spans] or [np.empty(0)]).astype(int)
+        self._row = np.repeat(np.arange(len(spans)), model.ten_J_rownnz[self._ligaments])
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Postures (count, m) rad: uniform in the ranges, half of them with bent chains."""
@@ -97,9 +95,7 @@ class PostureSampler:
         low, high = model.tendon_lengthspring[rows].T
         length = self.lengths(posture)[rows]
         slopes = np.zeros((len(rows), model.nv))
-        for row, tendon in enumerate(rows):
-            first, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
-            slopes[row, model.ten_J_colind[first : first + count]] = data.ten_J[first : first + count]
+        slopes[self._row, model.ten_J_colind[self._entry]] = data.ten_J[self._entry]
         stretch = length - np.clip(length, low, high)
         slopes[stretch == 0.0] = 0.0
         return stretch, slopes

@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from anthro.body.meshes import MeshLibrary
 from anthro.body.model import Body
-from anthro.body.parts import BodyPlan, Part, absent_muscles, body_plan, both_sides, left_name, load_part
+from anthro.body.parts import BodyPlan, Part, absent_muscles, body_plan, load_parts
 from anthro.errors import UserError
 from anthro.streams import stream
 
@@ -72,16 +72,13 @@ class Subject:
     def load(cls, variant: str, folder: Path, tables: Path, options: Options) -> Subject:
         """The named variant as built in ``folder`` from ``tables``."""
         plan = body_plan(variant)
-        parts = [load_part(region, tables) for region in plan.regions]
-        if plan.both_sides:
-            parts = [both_sides(part) for part in parts]
+        parts = load_parts(plan, tables)
         return cls(Body.load(folder), plan, parts, MeshLibrary(tables), tables, options)
 
     @cached_property
     def muscle_rows(self) -> list:
         """Rows of the muscles that this body has, in the order of its tendons."""
         absent = absent_muscles(self.plan, self.tables)
-        absent = absent | {left_name(name) for name in absent}
         parts = [part for part in self.parts if part.name in self.plan.muscular]
         return [row for part in parts for row in part.muscles if row.muscle not in absent]
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from anthro.body.checks.outcome import Outcome
 from anthro.body.checks.subject import Subject
+from anthro.body.parts import twin_name, twins
 
 TOLERANCE = 1e-9  # SI units
 POSES = 50
@@ -24,17 +25,6 @@ def check(subject: Subject) -> Outcome:
         out.add(quantity, difference, unit, TOLERANCE, "max", "mirror")
         out.details[quantity] = {"difference": difference, "where": where}
     return out
-
-
-def twin(name: str) -> str:
-    """The name on the other side; midline names stay."""
-    return name[:-1] + {"r": "l", "l": "r"}[name[-1]] if name.endswith(("_r", "_l")) else name
-
-
-def twins(names) -> np.ndarray:
-    """Index of each name's twin; itself where the twin is missing."""
-    place = {name: i for i, name in enumerate(names)}
-    return np.array([place.get(twin(name), i) for i, name in enumerate(names)], int)
 
 
 def mirrored_posture(subject: Subject, q: np.ndarray) -> np.ndarray:
@@ -56,7 +46,7 @@ def bones(subject: Subject) -> dict:
     inertia = np.array([_inertia(model, i) for i in range(1, model.nbody)])
     flip = np.outer(MIRROR, MIRROR)
     place = model.body_pos[1:]
-    lonely = [name for name in names if name.endswith(("_r", "_l")) and twin(name) not in names]
+    lonely = [name for name in names if name.endswith(("_r", "_l")) and twin_name(name) not in names]
     return {
         "bones without a twin": (float(len(lonely)), "1", lonely),
         "mass": _largest(mass - mass[other], names, "kg"),
@@ -70,7 +60,7 @@ def parameters(subject: Subject) -> dict:
     """Strength and lengths of the muscles, ranges and springs of the hinges."""
     body = subject.body
     other, joints = twins(body.muscle_names), twins(body.dof_names)
-    lonely = [n for n in body.muscle_names if n.endswith(("_r", "_l")) and twin(n) not in body.muscle_names]
+    lonely = [n for n in body.muscle_names if n.endswith(("_r", "_l")) and twin_name(n) not in body.muscle_names]
     sense = senses(subject)[:, None]
     span = np.sort(sense * body.q_range, axis=1)
     found = {"muscles without a twin": (float(len(lonely)), "1", lonely)}
