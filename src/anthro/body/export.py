@@ -9,7 +9,7 @@ Geometry, masses, joints and ligaments are the same numbers. MuJoCo's own muscle
 * over velocity: the papers' line 1 + v / 8 becomes (1 + v / 16)^2, of the same slope at rest (0.25 off at most);
 * passive force: the papers' 0.8 (exp(6 e) - 1) becomes a parabola that runs into a line (0.09 off at most up to a
   strain of 0.2, softer beyond); the damper beside it is left out;
-* joint limits are MuJoCo's constraints instead of springs of 800 N m/rad, contacts too.
+* joint limits are MuJoCo's constraints instead of springs, contacts too.
 """
 
 from __future__ import annotations
