@@ -15,14 +15,7 @@ from numba import njit
 
 from anthro.body import rows
 from anthro.body.rows import INDEX, velocities_above
-from anthro.body.straight import StraightPaths, elements, is_straight
-
-_WRAP = mujoco.mjtWrap
-_BODY_OF = {
-    int(_WRAP.mjWRAP_SITE): "site_bodyid",
-    int(_WRAP.mjWRAP_SPHERE): "geom_bodyid",
-    int(_WRAP.mjWRAP_CYLINDER): "geom_bodyid",
-}
+from anthro.body.strings import Strings, bone_of, elements, is_string
 
 
 class Paths:
@@ -32,7 +25,7 @@ class Paths:
     ----------
     length : (t,) m, MuJoCo's ``ten_length``.  rate : (t,) dl/dt, m/s.
     start : (t + 1,).  column : (nnz,) velocities, ascending in each row.  value : (nnz,) m or m/rad.
-        MuJoCo's own ``ten_J`` holds those of tendons with wraps only.
+        MuJoCo's own ``ten_J`` holds only those that are left to it (:mod:`anthro.body.strings`).
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData):
@@ -40,22 +33,22 @@ class Paths:
         self.start, self.column = rows.layout([model.ten_J_colind[row] for row in entries])
         self.value = np.zeros(len(self.column))
         self.length, self.rate = data.ten_length, np.zeros(model.ntendon)
-        straight = np.array([is_straight(model, tendon) for tendon in range(model.ntendon)], bool)
-        self._straight = StraightPaths(model, data, np.flatnonzero(straight), self.start, self.column, self.value)
-        self._bent, self._data = None, data
-        if not straight.all():
-            self._bent = copy.copy(model)
-            self._bent.tendon_num[straight] = 0
-        taken = np.repeat(~straight, np.diff(self.start))
+        own = np.array([is_string(model, tendon) for tendon in range(model.ntendon)], bool)
+        self._strings = Strings(model, data, np.flatnonzero(own), self.start, self.column, self.value)
+        self._rest, self._data = None, data
+        if not own.all():
+            self._rest = copy.copy(model)
+            self._rest.tendon_num[own] = 0
+        taken = np.repeat(~own, np.diff(self.start))
         source = np.concatenate([*entries, np.empty(0)])[taken]
         self._take = data.ten_J, source.astype(INDEX), np.flatnonzero(taken).astype(INDEX), self.value
 
     def refresh_positions(self) -> None:
         """Lengths and slopes, from MuJoCo's kinematics and joint axes."""
-        if self._bent is not None:
-            mujoco.mj_tendon(self._bent, self._data)
+        if self._rest is not None:
+            mujoco.mj_tendon(self._rest, self._data)
             _take(*self._take)
-        self._straight.refresh()
+        self._strings.refresh()
 
     def refresh_velocities(self, v) -> None:
         """Rates of lengthening at velocities ``v`` (nv,)."""
@@ -68,12 +61,8 @@ class Paths:
 
 def _moving_entries(model, tendon: int) -> np.ndarray:
     """Entries of ``ten_J`` of the joints that lie above some bone of the path but not above all."""
-    bodies = {
-        int(getattr(model, _BODY_OF[kind])[model.wrap_objid[k]])
-        for k in elements(model, tendon)
-        if (kind := int(model.wrap_type[k])) in _BODY_OF
-    }
-    chains = [set(velocities_above(model, body)) for body in bodies]
+    bones = {bone_of(model, k) for k in elements(model, tendon)} - {-1}
+    chains = [set(velocities_above(model, bone)) for bone in bones]
     moving = set.union(*chains) - set.intersection(*chains)
     first = model.ten_J_rowadr[tendon]
     entries = np.arange(first, first + model.ten_J_rownnz[tendon])

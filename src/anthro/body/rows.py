@@ -42,7 +42,7 @@ def _scatter(start, column, value, out):
             out[i, column[k]] = value[k]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def dot(start, column, value, i, v):
     """Row ``i`` times velocities ``v``."""
     total = 0.0
@@ -58,16 +58,26 @@ def rates(start, column, value, v, out):
         out[i] = dot(start, column, value, i, v)
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def add_square(lower, start, column, value, i, weight):
-    """Add ``weight`` times the outer square of row ``i`` to the lower triangle ``lower``."""
-    for a in range(start[i], start[i + 1]):
-        left, target = weight * value[a], lower[column[a]]
-        for b in range(start[i], a + 1):
-            target[column[b]] += left * value[b]
+    """Add ``weight`` times the outer square of row ``i`` to the lower triangle ``lower``, two of its rows at a time."""
+    first, last = start[i], start[i + 1]
+    a = first
+    while a + 1 < last:
+        upper, below = lower[column[a]], lower[column[a + 1]]
+        left, right = weight * value[a], weight * value[a + 1]
+        for b in range(first, a + 1):
+            upper[column[b]] += left * value[b]
+            below[column[b]] += right * value[b]
+        below[column[a + 1]] += right * value[a + 1]
+        a += 2
+    if a < last:
+        left, lowest = weight * value[a], lower[column[a]]
+        for b in range(first, a + 1):
+            lowest[column[b]] += left * value[b]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def add_row(vector, start, column, value, i, factor):
     """Add ``factor`` times row ``i`` to ``vector``."""
     for k in range(start[i], start[i + 1]):

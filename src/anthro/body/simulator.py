@@ -292,21 +292,22 @@ class Simulator:
         assemble(activation, *self._terms)
 
     def _solve(self) -> np.ndarray:
-        """Velocity change (nv,) of the step, the pushing stops settled with it."""
-        velocity = self._start_velocity
+        """Velocity change (nv,) of the step, the pushing stops and Coriolis forces settled with it."""
+        system, h, velocity = self._system, self.step_seconds, self._start_velocity
         np.copyto(velocity, self._velocity)
+        self._stops.guess()
+        info, bias, corrections = self._factorize(), self.data.qfrc_bias, BIAS_CORRECTIONS
         try:
-            self._stops.guess()
-            info = self._factorize()
             for remaining in reversed(range(CORRECTIONS)):
-                change = self._change(self.data.qfrc_bias)
-                for _ in range(BIAS_CORRECTIONS):
-                    change = self._change(self._bias_at(velocity + change))
+                change = system.solve(h, bias)
+                for _ in range(corrections):
+                    bias = self._bias_at(velocity + change)
+                    change = system.solve(h, bias)
                 if info or not math.isfinite(change @ change):
                     raise UserError(self._complaint(info))
                 if not self._correct(velocity + change) or not remaining:
                     return change
-                info = self._amend()
+                info, corrections = self._amend(), 1  # the next round begins with this one's Coriolis forces
         finally:
             np.copyto(self._velocity, velocity)
 
@@ -328,10 +329,6 @@ class Simulator:
             return self._factorize()
         self._system.amend(count)
         return 0
-
-    def _change(self, bias) -> np.ndarray:
-        """Velocity change (nv,) of the step under gravity and Coriolis forces ``bias`` (nv,)."""
-        return self._system.solve(self.step_seconds * (self._system.right - bias))
 
     def _bias_at(self, velocity) -> np.ndarray:
         """Gravity and Coriolis forces (nv,) at a velocity (nv,) in the present posture; ``qvel`` is overwritten."""

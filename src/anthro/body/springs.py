@@ -2,6 +2,8 @@
 
 System and force are those of :mod:`anthro.body.simulator`: with tension f, its slopes k in length and d in speed, a
 path of slopes j = dl/dq adds j j^T (h d + h^2 k) to the matrix and -j (f + h k l') to the force.
+
+Numba's cache watches this file alone: after a change of what it compiles in, hill.py and rows.py, touch it.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from anthro.body import hill
 from anthro.body.rows import add_row, add_square
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _joints(lower, force, applied, row_start, row_count, columns, mass, q, v, h, stiffness, damping):
     """Begin the system: lower triangle of M, joint springs and dampers, applied forces."""
     lower[:] = 0.0
@@ -27,7 +29,7 @@ def _joints(lower, force, applied, row_start, row_count, columns, mass, q, v, h,
         force[i] -= damping[j] * v[i] + stiffness[j] * (q[j] + h * v[i])
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _spring(lower, force, start, column, value, i, rate, h, tension, stiffness, damping):
     """Add the path ``i``."""
     pull = tension + h * stiffness * rate

@@ -13,7 +13,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgesv, dpotrf, dpotrs, dtrtrs
+from numba import njit
+from scipy.linalg.lapack import dgesv, dpotrf, dtrtrs
 
 
 class Changes(NamedTuple):
@@ -43,37 +44,53 @@ class System:
         self.lower, self.factor = np.zeros((2, size, size))
         self.force, self.right, self._first_right = np.zeros((3, size))
         self.changes = Changes(np.zeros((most, size)), np.zeros(most), np.zeros(most))
-        self._factor = self.factor.T  # LAPACK's columns: an upper triangle
-        self._amended = None
+        self._spread, self._inner = np.zeros((0, size)), np.zeros((0, 0))
 
     def begin(self) -> None:
         """Start from the system without stops."""
+        self.right = self._first_right
         np.copyto(self.factor, self.lower)
         np.copyto(self.right, self.force)
 
     def factorize(self) -> int:
         """Factor the matrix in place; 0, or LAPACK's number of the equation where it is not positive definite."""
-        np.copyto(self._first_right, self.right)
-        self._amended = None
-        return dpotrf(self._factor, lower=0, clean=0, overwrite_a=1)[1]
+        self._spread = self._spread[:0]
+        # LAPACK's matrices go by columns: the lower triangle is an upper one
+        return dpotrf(self.factor.T, lower=0, clean=0, overwrite_a=1)[1]
 
     def amend(self, count: int) -> None:
         """Add the first ``count`` of the listed changes to the factored system, in place of earlier changes."""
         slope, weight, push = (part[:count] for part in self.changes)
-        np.add(self._first_right, push @ slope, out=self.right)
-        self._amended = None
-        if not count:
-            return
-        spread = dtrtrs(self._factor, slope.T, lower=0, trans=1)[0]
-        inner = weight[:, None] * (spread.T @ spread)
-        inner.flat[:: count + 1] += 1.0
-        self._amended = spread, dgesv(inner, np.diag(weight))[2]
+        self.right = self._first_right + push @ slope
+        self._spread = slope
+        if count:
+            self._spread = dtrtrs(self.factor.T, slope.T, lower=0, trans=1)[0].T
+            inner = weight[:, None] * (self._spread @ self._spread.T)
+            inner.flat[:: count + 1] += 1.0
+            self._inner = np.ascontiguousarray(dgesv(inner, np.diag(weight))[2])
 
-    def solve(self, right) -> np.ndarray:
-        """Solution x (nv,) for a right side, which may be overwritten."""
-        if self._amended is None:
-            return dpotrs(self._factor, right, lower=0, overwrite_b=1)[0]
-        spread, inner = self._amended
-        half = dtrtrs(self._factor, right, lower=0, trans=1, overwrite_b=1)[0]
-        half -= spread @ (inner @ (half @ spread))
-        return dtrtrs(self._factor, half, lower=0, overwrite_b=1)[0]
+    def solve(self, h: float, bias) -> np.ndarray:
+        """Solution (nv,) for ``right`` less ``bias`` (nv,), times ``h``."""
+        x = np.empty(len(bias))
+        _solve(self.factor, self._spread, self._inner, self.right, bias, h, x)
+        return x
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"}, error_model="numpy")
+def _solve(factor, spread, inner, right, bias, h, x):
+    """Forward substitution, the changes, backward substitution."""
+    for i in range(x.shape[0]):
+        row, known = factor[i], 0.0
+        for k in range(i):
+            known += row[k] * x[k]
+        x[i] = (h * (right[i] - bias[i]) - known) / row[i]
+    if spread.shape[0]:
+        along = inner @ (spread @ x)
+        for j in range(spread.shape[0]):
+            for i in range(x.shape[0]):
+                x[i] -= spread[j, i] * along[j]
+    for i in range(x.shape[0] - 1, -1, -1):
+        row = factor[i]
+        x[i] /= row[i]
+        for k in range(i):
+            x[k] -= row[k] * x[i]
