@@ -7,7 +7,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from anthro import registry
 from anthro.body.parts import BODIES
-from anthro.config import ablation_spec, data_spec, load, net_spec, role_of
+from anthro.config import ablation_spec, data_spec, load, net_spec, role_of, sizes_of
 from anthro.errors import UserError
 from anthro.files import canonical
 from anthro.sources import source_files
@@ -49,6 +49,7 @@ rule nakada2018:
     input:
         [path.format(run=settings["run"]) for path in figures_of("nakada2018")],
         f"results/{settings['run']}/scorecard.csv",
+        f"results/{settings['run']}/cost.csv",
     localrule: True
 
 

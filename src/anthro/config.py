@@ -66,10 +66,19 @@ def _number(text: str, source: str) -> float:
         raise UserError(f"{source}: {text!r} is not a number") from None
 
 
+def _cell(key: str, text: str, where: str) -> str | float | list[int]:
+    if key == "net":
+        return text
+    if key == "hidden":
+        return [int(_number(units, f"{where}: {key}")) for units in text.split()]
+    return _number(text, f"{where}: {key}")
+
+
 def read_ablation(path: Path, root: Path) -> dict[str, dict]:
     """Read a table of ablations: each row's changes to the net, by the row's name.
 
-    Columns are ``row`` and keys of a net; ``hidden`` is a list of units separated by spaces.
+    Columns are ``row``, ``net`` (the net that is varied, if it is not the paper's ``ablation_net``) and keys
+    of a net; ``hidden`` is a list of units separated by spaces.
     """
     source = path.relative_to(root).as_posix()
     table: dict[str, dict] = {}
@@ -79,24 +88,23 @@ def read_ablation(path: Path, root: Path) -> dict[str, dict]:
             if not name or name in table:
                 raise UserError(f"{source}: row: {name!r} is missing or repeated")
             where = f"{source}: row {name}"
-            changes = {
-                key: [int(_number(units, f"{where}: {key}")) for units in text.split()]
-                if key == "hidden"
-                else _number(text, f"{where}: {key}")
-                for key, text in line.items()
-                if text is not None
-            }
+            changes = {key: _cell(key, text, where) for key, text in line.items() if text is not None}
             check(changes, "ablation", where, root)
             table[name] = changes
     return table
 
 
-PLAIN = {"schedule": "constant", "softening": {}}
+PLAIN = {"learning_rate": 1e-3, "schedule": "constant", "start": "he", "softening": {}}
 
 
 def role_of(dataset: str) -> str:
     """Return "voluntary" or "reflex" from a data set's name, ``<limb>_<role>``."""
     return dataset.rpartition("_")[2]
+
+
+def sizes_of(settings: Mapping, dataset: str) -> dict:
+    """Return the scale's sizes for a data set's limb, those of its region."""
+    return settings["sizes"]["limbs"][settings["limbs"][dataset.rpartition("_")[0]]["region"]]
 
 
 def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
@@ -113,7 +121,7 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     -------
     dict
         The keys of ``config.yaml`` with `run` filled in, ``sizes`` (the scale), ``papers``,
-        ``nets``, ``data`` and ``ablations`` (each by file name).
+        ``limbs``, ``nets``, ``data`` and ``ablations`` (each by file name).
 
     Raises
     ------
@@ -133,6 +141,9 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     settings["papers"] = {
         name: read_yaml(root / "config" / "papers" / f"{name}.yaml", "paper", root) for name in settings["papers"]
     }
+    settings["limbs"] = {
+        path.stem: read_yaml(path, "limb", root) for path in sorted((root / "config" / "limbs").glob("*.yaml"))
+    }
     settings["nets"] = {
         path.stem: read_yaml(path, "net", root)
         for paper in settings["papers"]
@@ -145,33 +156,47 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     settings["ablations"] = {
         path.stem: read_ablation(path, root) for path in sorted((root / "config" / "ablations").glob("*.tsv"))
     }
+    for table, rows in settings["ablations"].items():
+        for row, changes in rows.items():
+            net = changes.get("net", varied_net(settings))
+            if net not in settings["nets"]:
+                raise UserError(f"config/ablations/{table}.tsv: row {row}: net: {net!r} is not in config/nets/")
     return settings
+
+
+def varied_net(settings: Mapping) -> str:
+    """Return the net that ablations vary unless their row names another."""
+    return next(paper["ablation_net"] for paper in settings["papers"].values() if "ablation_net" in paper)
 
 
 def data_spec(settings: Mapping, dataset: str) -> dict:
     """Return what one shard of a data set is made from; the number of shards is no part of it."""
     role = role_of(dataset)
+    limb = dataset.removesuffix(f"_{role}")
     return settings["data"][dataset] | {
-        "limb": dataset.removesuffix(f"_{role}"),
-        "pairs": settings["sizes"][role]["pairs"],
+        "limb": {"name": limb} | settings["limbs"][limb],
+        "pairs": sizes_of(settings, dataset)[role]["pairs"],
         "seed": settings["seed"],
     }
 
 
 def net_spec(settings: Mapping, net: str) -> dict:
     """Return what a net is trained from: its YAML, the scale's epochs, the seed."""
-    size = settings["sizes"]["training"]
-    return settings["nets"][net] | {"epochs": size["epochs"], "seed": settings["seed"], "samples": None}
+    content = settings["nets"][net]
+    epochs = sizes_of(settings, content["dataset"])["epochs"][role_of(content["dataset"])]
+    return content | {"epochs": epochs, "seed": settings["seed"], "samples": None}
 
 
 def ablation_spec(settings: Mapping, table: str, row: str) -> dict:
-    """Return what an ablation's row is trained from: the paper's net with the row's changes and the scale's sizes.
+    """Return what an ablation's row is trained from: a paper's net with the row's changes and the scale's sizes.
 
-    Ablations train as the paper does: at a constant rate, on inputs and labels as they are.
+    Ablations train as the papers do: from He's weights, at the constant rate that they print (Nakada 2018,
+    footnote 1), on inputs and labels as they are.
     """
-    net = next(paper["ablation_net"] for paper in settings["papers"].values() if "ablation_net" in paper)
-    changes = settings["ablations"][table][row]
-    return net_spec(settings, net) | settings["sizes"]["ablation"] | PLAIN | changes | {"name": f"{net}_{table}_{row}"}
+    changes = {"net": varied_net(settings)} | settings["ablations"][table][row]
+    net = changes.pop("net")
+    sizes = settings["sizes"]["ablation"][table]
+    return net_spec(settings, net) | sizes | PLAIN | changes | {"name": f"{net}_{table}_{row}"}
 
 
 def _override(text: str) -> tuple[str, object]:

@@ -105,9 +105,7 @@ def read_json(path: str | os.PathLike):
         raise UserError(f"{path}: not readable as JSON ({error})") from None
 
 
-def write_shard(
-    path: str | os.PathLike, columns: Mapping[str, np.ndarray], attrs: Mapping | None = None
-) -> None:
+def write_shard(path: str | os.PathLike, columns: Mapping[str, np.ndarray], attrs: Mapping | None = None) -> None:
     """Write columns and attributes as one HDF5 file, atomically; the same content gives the same bytes.
 
     Parameters
@@ -136,9 +134,7 @@ def write_shard(
         raise UserError(f"{path}: cannot be written ({error})") from None
 
 
-def read_shard(
-    path: str | os.PathLike, columns: Iterable[str] | None = None
-) -> tuple[dict[str, np.ndarray], dict]:
+def read_shard(path: str | os.PathLike, columns: Iterable[str] | None = None) -> tuple[dict[str, np.ndarray], dict]:
     """Read a file of `write_shard`.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Copy a run's scorecard, figures, video, body checks and timings to ``results/reference/``, to be committed."""
+"""Copy a run's scorecard, costs, figures, videos, body checks and demos' metrics to ``results/reference/``."""
 
 import argparse
 import csv
@@ -29,7 +29,7 @@ def seconds_by_stage(run: Path) -> dict[str, float]:
 
 
 def copy(run: Path, out: Path) -> list[str]:
-    """Copy scorecard, figures and the bodies' checks; the names of what was copied.
+    """Copy what is worth committing; the names of what was copied.
 
     Raises
     ------
@@ -42,6 +42,8 @@ def copy(run: Path, out: Path) -> list[str]:
     figures = sorted(path for path in (run / "figures").rglob("*") if path.suffix in SUFFIXES)
     names = {"scorecard.csv": scorecard} | {f"figures/{path.name}": path for path in figures}
     names |= {f"checks/{path.parts[-3]}.json": path for path in sorted(run.glob("body/*/check/report.json"))}
+    names |= {f"demos/{path.parts[-2]}.json": path for path in sorted(run.glob("demos/*/metrics.json"))}
+    names |= {path.name: path for path in [run / "cost.csv"] if path.is_file()}
     for name, source in names.items():
         with atomic(out / name) as partial:
             shutil.copyfile(source, partial)

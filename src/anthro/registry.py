@@ -3,20 +3,32 @@
 from dataclasses import dataclass
 
 from anthro.errors import UserError
+from anthro.motor.controller import INPUTS
 
 
 @dataclass(frozen=True)
 class Limb:
-    """One controlled limb.
+    """One controlled limb; what it is stands in ``config/limbs/<name>.yaml``.
 
     Attributes
     ----------
-    nets : dict of str to str
-        Its nets in `NETS`: one for each variant of the voluntary input ("paper",
-        "proprioceptive") and the "reflex" one.
+    name : str
+        Its key in `LIMBS`.
+    paper : str
+        The paper whose body it belongs to.
+    mirror_of : str
+        The limb whose mirror image it is; "" for a limb that has to be trained.
     """
 
-    nets: dict[str, str]
+    name: str
+    paper: str
+    mirror_of: str = ""
+
+    @property
+    def nets(self) -> dict[str, str]:
+        """Its nets in `NETS`: one for each variant of the voluntary input, and the "reflex" one."""
+        voluntary = {inputs: f"{self.name}_voluntary_{inputs}" for inputs in INPUTS}
+        return voluntary | {"reflex": f"{self.name}_reflex"}
 
 
 @dataclass(frozen=True)
@@ -30,24 +42,33 @@ class Net:
 
 @dataclass(frozen=True)
 class Demo:
-    """One demo or measurement, run for a limb and written to ``demos/<name>/``.
+    """One demo or measurement, written to ``demos/<name>/``.
 
     Attributes
     ----------
     module : str
         The module that is called.
+    bodies : tuple of str
+        The body that moves, or those on which is measured.
+    limbs : tuple of str
+        Limbs of `LIMBS` whose nets move it.
     inputs : str
         The variant of the voluntary input that is asked for; "" lets the demo use the better one.
+    options : str
+        What else stands on its command line.
+    rollout : bool
+        Whether it records a rollout, and not only numbers.
     alone : bool
         Whether it measures time, and so must have the machine to itself.
-    limb : str
-        The limb of `LIMBS` that moves.
     """
 
     module: str
+    bodies: tuple[str, ...]
+    limbs: tuple[str, ...] = ()
     inputs: str = ""
+    options: str = ""
+    rollout: bool = True
     alone: bool = False
-    limb: str = "right_arm"
 
 
 @dataclass(frozen=True)
@@ -59,31 +80,70 @@ class Figure:
 
 
 LIMBS = {
-    "right_arm": Limb(
-        {
-            "paper": "right_arm_voluntary_paper",
-            "proprioceptive": "right_arm_voluntary_proprioceptive",
-            "reflex": "right_arm_reflex",
-        }
+    limb.name: limb
+    for limb in (
+        Limb("right_arm", "nakada2018"),
+        Limb("left_arm", "nakada2018", mirror_of="right_arm"),
+        Limb("right_leg", "nakada2018"),
+        Limb("left_leg", "nakada2018", mirror_of="right_leg"),
+        Limb("neck_seated", "nakada2018"),
+        Limb("neck", "zhou2021"),
+        Limb("core", "zhou2021"),
     )
 }
 
 NETS = {
-    "right_arm_voluntary_paper": Net("nakada2018", "right_arm", "voluntary"),
-    "right_arm_voluntary_proprioceptive": Net("nakada2018", "right_arm", "voluntary"),
-    "right_arm_reflex": Net("nakada2018", "right_arm", "reflex"),
+    net: Net(limb.paper, limb.name, "reflex" if variant == "reflex" else "voluntary")
+    for limb in LIMBS.values()
+    for variant, net in limb.nets.items()
 }
 
-ABLATIONS = {"shapes": "A.1", "depths": "A.2", "learning_rates": "footnote 1"}
+ABLATIONS = {"shapes": "A.1", "depths": "A.2", "learning_rates": "footnote 1", "core_widths": "Zhou, A"}
+
+SEATED = ("neck_seated", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body nakada2018
+WHOLE = ("core", "neck", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body whole_fixed
+
+TIMED = ("right_arm", "right_leg", "neck_seated", "neck", "core")  # on the bodies that they are trained on
+TIMED_ON = ("right_arm", "right_leg", "neck_seated", "neck", "whole_fixed")
+
+
+def _both(task: str, limb: str, body: str) -> dict[str, Demo]:
+    """One demo for each variant of the voluntary input; the choice between these is made from them."""
+    name = task if task == limb else f"{task}_{limb}"
+    return {
+        f"{name}_{inputs}": Demo(f"anthro.demos.{task}", (body,), (limb,), inputs, f"--limb {limb}")
+        for inputs in INPUTS
+    }
+
+
+def _one(task: str, limb: str, body: str = "nakada2018", rollout: bool = True) -> Demo:
+    """One demo of one limb."""
+    return Demo(f"anthro.demos.{task}", (body,), (limb,), options=f"--limb {limb}", rollout=rollout)
+
 
 DEMOS = {
-    "reach_paper": Demo("anthro.demos.reach", inputs="paper"),
-    "reach_proprioceptive": Demo("anthro.demos.reach", inputs="proprioceptive"),
-    "hold": Demo("anthro.demos.hold"),
-    "push": Demo("anthro.demos.push"),
-    "on_off": Demo("anthro.demos.on_off"),
-    "timing": Demo("anthro.demos.timing", alone=True),
-    "solvers": Demo("anthro.motor.compare_solvers", alone=True),
+    **_both("reach", "right_arm", "nakada2018"),
+    **_both("reach", "left_arm", "nakada2018"),
+    **_both("reach", "right_leg", "nakada2018"),
+    **_both("reach", "left_leg", "nakada2018"),
+    **_both("head", "neck_seated", "nakada2018"),
+    **_both("head", "neck", "neck"),
+    **_both("core", "core", "whole_fixed"),
+    "all_six": Demo("anthro.demos.all_six", ("whole_fixed",), WHOLE),
+    "weakness_right_arm": _one("weakness", "right_arm", rollout=False),
+    "weakness_right_leg": _one("weakness", "right_leg", rollout=False),
+    "weakness_neck_seated": _one("weakness", "neck_seated", rollout=False),
+    "weakness_core": _one("weakness", "core", "whole_fixed", rollout=False),
+    "hold": _one("hold", "right_arm"),
+    "push": _one("push", "right_arm"),
+    "on_off": Demo("anthro.demos.on_off", ("nakada2018",), SEATED, options="--limb left_arm"),
+    "neck_on_off": Demo("anthro.demos.neck_on_off", ("nakada2018",), SEATED),
+    "draw_butterfly": Demo("anthro.demos.draw", ("nakada2018",), SEATED, options="--shape butterfly"),
+    "write": Demo("anthro.demos.draw", ("nakada2018",), SEATED, options="--shape writing"),
+    "write_reclining": Demo("anthro.demos.reclining", ("nakada2018",), SEATED),
+    "supine": Demo("anthro.demos.supine", ("nakada2018",), ("right_arm", "left_arm", "neck_seated")),
+    "timing": Demo("anthro.demos.timing", TIMED_ON, TIMED, rollout=False, alone=True),
+    "solvers": Demo("anthro.motor.compare_solvers", ("right_arm",), rollout=False, alone=True),
 }
 
 FIGURES = {
@@ -91,17 +151,28 @@ FIGURES = {
     "fig03_neck": Figure("nakada2018"),
     "fig04_arm": Figure("nakada2018"),
     "fig05_leg": Figure("nakada2018"),
+    "fig10_neck_training": Figure("nakada2018"),
     "fig11_voluntary_training": Figure("nakada2018"),
     "fig13_reflex_training": Figure("nakada2018"),
+    "fig20_neck_on_off": Figure("nakada2018"),
+    "fig20_neck_on_off_video": Figure("nakada2018", "mp4"),
     "fig21_arm_on_off": Figure("nakada2018"),
     "fig21_arm_on_off_video": Figure("nakada2018", "mp4"),
+    "fig26_drawing": Figure("nakada2018"),
+    "fig26_butterfly_video": Figure("nakada2018", "mp4"),
+    "fig26_writing_video": Figure("nakada2018", "mp4"),
+    "fig27_reclining": Figure("nakada2018"),
+    "fig27_reclining_video": Figure("nakada2018", "mp4"),
     "fig28_ablation_mse": Figure("nakada2018"),
     "fig29_ablation_time": Figure("nakada2018"),
     "learning_rates": Figure("nakada2018"),
     "reach_error": Figure("nakada2018"),
+    "weakness": Figure("nakada2018"),
     "timing": Figure("nakada2018"),
     "solver_comparison": Figure("nakada2018"),
     "fig03_body": Figure("zhou2021"),
+    "fig05_core_training": Figure("zhou2021"),
+    "fig15_width_ablation": Figure("zhou2021"),
     "joint_sweeps": Figure("zhou2021"),
 }
 
@@ -117,3 +188,13 @@ def limb(name: str) -> Limb:
     if name not in LIMBS:
         raise UserError(f"unknown limb {name!r}; known: {', '.join(LIMBS)}")
     return LIMBS[name]
+
+
+def mirrored_nets(left_limbs: str) -> dict[str, str]:
+    """Return the nets that are made from another limb's, and these: with left limbs "mirrored", not with "trained"."""
+    return {
+        net: LIMBS[limb.mirror_of].nets[variant]
+        for limb in LIMBS.values()
+        if limb.mirror_of and left_limbs == "mirrored"
+        for variant, net in limb.nets.items()
+    }

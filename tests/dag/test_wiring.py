@@ -12,25 +12,63 @@ def planned(finished):
 
 def test_every_limb_net_demo_figure_and_ablation_is_made(planned):
     run = "results/smoke"
-    wanted = {f"{run}/body/{limb}/model.mjb": "body" for limb in registry.LIMBS}
-    wanted |= {f"{run}/nets/{net}/weights.h5": "final_net" for net in registry.NETS}
-    wanted |= {f"{run}/nets/{net}/round0/loss.csv": "train" for net in registry.NETS}
+    settings = config.load({"scale": "smoke"})
+    mirrored = registry.mirrored_nets(settings["left_limbs"])
+    trained = registry.NETS.keys() - mirrored
+    bodies = {settings["limbs"][registry.NETS[net].limb]["body"] for net in trained}
+    bodies |= {body for demo in registry.DEMOS.values() for body in demo.bodies} | {"zhou2021"}
+    wanted = {f"{run}/body/{body}/model.mjb": "body" for body in bodies}
+    wanted |= {f"{run}/nets/{net}/weights.h5": "final_net" for net in trained}
+    wanted |= {f"{run}/nets/{net}/weights.h5": "mirror" for net in mirrored}
+    wanted |= {f"{run}/nets/{net}/round0/loss.csv": "train" for net in trained}
     for table in registry.ABLATIONS:
-        rows = config.load({"scale": "smoke"})["ablations"][table]
+        rows = settings["ablations"][table]
         wanted |= {f"{run}/ablations/{table}/{row}/loss.csv": "ablate" for row in rows}
     assert {name: planned.get(name) for name in wanted} == wanted
     for demo in registry.DEMOS:
         assert f"{run}/demos/{demo}/rows.json" in planned
     for figure in registry.FIGURES:
         assert f"figure_{figure}" in planned.values()
-    assert planned[f"{run}/scorecard.csv"] == "scorecard"
+    assert planned[f"{run}/scorecard.csv"] == "scorecard" and planned[f"{run}/cost.csv"] == "cost"
+    made = {name for name, rule in planned.items() if rule == "body" and name.endswith("model.mjb")}
+    assert made == {f"{run}/body/{body}/model.mjb" for body in bodies}
+
+
+def test_mirrored_limbs_have_neither_data_nor_training(planned):
+    left = [name for name in planned if "left_" in name and "/demos/" not in name and "/specs/" not in name]
+    assert left and all(planned[name] == "mirror" for name in left)
+
+
+def test_left_limbs_may_be_trained(workplace):
+    workplace.edit("config/config.yaml", "left_limbs: mirrored", "left_limbs: trained")
+    planned = workplace.outputs()
+    assert "mirror" not in planned.values()
+    for net in registry.NETS:
+        assert planned[f"results/smoke/nets/{net}/weights.h5"] == "final_net"
+    assert planned["results/smoke/data/left_leg_voluntary/round0/shard0000.h5"] == "voluntary_shard"
+
+
+def test_bodies_have_the_fibers_of_the_whole_one(finished):
+    told = finished.snakemake("--dry-run", "--forceall").stdout
+    for body in ("nakada2018", "whole_fixed", "right_leg"):
+        job = told[: told.index(f"output: results/smoke/body/{body}/model.mjb")]
+        assert "results/smoke/body/zhou2021/muscles.csv" in job.rstrip().splitlines()[-1]
+
+
+def test_a_demo_waits_for_its_own_nets(finished):
+    told = finished.snakemake("--dry-run", "--forceall").stdout
+    job = told[: told.index("output: results/smoke/demos/reach_left_leg_paper/rollout.h5")].rstrip().splitlines()[-1]
+    nets = {part.strip().split("/")[3] for part in job.split(",") if "/nets/" in part and "/specs/" not in part}
+    assert nets == {"left_leg_voluntary_paper", "left_leg_reflex"}
+    job = told[: told.index("output: results/smoke/demos/on_off/rollout.h5")].rstrip().splitlines()[-1]
+    assert "results/smoke/demos/choice.json" in job
 
 
 def test_students_of_a_round_are_the_nets_of_the_round_before(finished):
     told = finished.snakemake("--dry-run", "--forceall").stdout
     shard = told[: told.index("output: results/smoke/data/right_arm_voluntary/round1/shard0000.h5")]
     inputs = shard.rstrip().splitlines()[-1]
-    for net in registry.NETS:
+    for net in registry.LIMBS["right_arm"].nets.values():
         assert f"results/smoke/nets/{net}/round0/weights.h5" in inputs
     first = told[: told.index("output: results/smoke/data/right_arm_voluntary/round0/shard0000.h5")]
     assert "nets/" not in first.rstrip().splitlines()[-1].replace("specs/nets", "")
@@ -39,15 +77,22 @@ def test_students_of_a_round_are_the_nets_of_the_round_before(finished):
 @pytest.mark.parametrize("scale", ["laptop", "paper"])
 def test_larger_scales_are_planned(workplace, scale):
     planned = workplace.outputs(scale)
-    sizes = config.load({"scale": scale})["sizes"]
+    settings = config.load({"scale": scale})
     shards = [name for name, rule in planned.items() if rule == "voluntary_shard"]
-    assert len(shards) == sizes["rounds"] * sizes["voluntary"]["shards"]
+    trained = (name for name, limb in registry.LIMBS.items() if not limb.mirror_of)
+    sizes = [config.sizes_of(settings, f"{name}_voluntary") for name in trained]
+    assert len(shards) == sum(size["rounds"] * size["voluntary"]["shards"] for size in sizes)
 
 
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
     [
-        ("config/scales/smoke.yaml", "rounds:", "round:", "config/scales/smoke.yaml: round: 2: unknown key"),
+        (
+            "config/scales/smoke.yaml",
+            "  all_six:",
+            "  all_seven:",
+            "config/scales/smoke.yaml: demos.all_seven: 2: unknown",
+        ),
         ("config/config.yaml", "seed: 7", "seed: seven", "config/config.yaml: seed: 'seven' is not of type 'integer'"),
     ],
 )

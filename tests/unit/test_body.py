@@ -13,7 +13,7 @@ from anthro.body import Body, build, hill
 from anthro.body.fit import HARD_LIMITS, fit_fibers, twins_share
 from anthro.body.parts import BODIES, REGIONS, body_plan, both_sides, is_paired, left_name, load_part
 from anthro.body.postures import PostureSampler
-from anthro.body.tables import Bone, Contact, Joint, Ligament, Muscle, PathPoint, Wrap, read_table
+from anthro.body.tables import Bone, Contact, Effector, Joint, Ligament, Muscle, PathPoint, Wrap, read_table
 from anthro.errors import UserError
 
 TABLES = Path(__file__).resolve().parents[2] / "config" / "body"
@@ -193,10 +193,9 @@ def test_counts_by_region(region, muscles):
     assert len(both_sides(load_part(region, TABLES)).muscles) == muscles
 
 
-def test_the_seated_body_drives_352_muscles(tmp_path):
+def test_the_seated_body_drives_352_muscles(load_body):
     """Nakada et al. 2018, Sec. 4: 216 + 2 x 29 + 2 x 39."""
-    build.build("nakada2018", TABLES, tmp_path, seed=1, samples=20)
-    body = Body.load(tmp_path)
+    body = load_body("nakada2018")
     assert body.muscle_count == 352 and not body.root_free
     neck = {muscle.muscle for muscle in both_sides(load_part("neck", TABLES)).muscles}
     assert len(neck & set(body.muscle_names)) == 216
@@ -276,6 +275,92 @@ def test_passive_force_is_small_at_rest(arm, whole):
         assert (passive < 0.15 * body.max_force).all()
 
 
+# -- bodies of one family ---------------------------------------------------------------------------
+
+FAMILY = [name for name, plan in BODIES.items() if plan.fibers_of]
+
+
+def rows_of(part, whole):
+    """Place of a body's muscles among those of another."""
+    return [whole.muscle_names.index(name) for name in part.muscle_names]
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_given_fibers_are_the_other_bodys_exactly(name, load_body, whole):
+    body = load_body(name)
+    rows = rows_of(body, whole)
+    for column in ("slack_length", "tendon_length", "max_force"):
+        np.testing.assert_array_equal(getattr(body, column), getattr(whole, column)[rows])
+
+
+def test_fibers_on_the_command_line(whole_folder, arm_folder, tmp_path, refusal, monkeypatch):
+    given = ["--body", "right_arm", "--tables", TABLES, "--out", tmp_path / "right_arm", "--fibers"]
+    monkeypatch.setattr(build.build, "__defaults__", (5, None))
+    assert build.main([str(argument) for argument in [*given, whole_folder]]) == 0
+    assert (tmp_path / "right_arm" / "muscles.csv").read_bytes() == (arm_folder / "muscles.csv").read_bytes()
+    leg = ["--body", "right_leg", "--tables", TABLES, "--out", tmp_path / "leg", "--fibers"]
+    assert "right_arm: has no muscle" in refusal(build.main, [*leg, arm_folder])
+    assert "nothing: " in refusal(build.main, [*leg, tmp_path / "nothing"]).replace("/model.mjb", "")
+    assert not (tmp_path / "leg" / "model.mjb").exists()
+
+
+@pytest.mark.parametrize(("limb", "effectors"), [("arm", ("hand", "finger")), ("leg", ("foot",))])
+def test_a_left_body_is_the_right_one_in_the_mirror(load_body, limb, effectors):
+    """Equal angles and velocities give equal strains, moment arms and rates, and mirrored places."""
+    right, left = load_body(f"right_{limb}"), load_body(f"left_{limb}")
+    assert left.muscle_names == tuple(left_name(name) for name in right.muscle_names)
+    assert left.dof_names == tuple(left_name(name) for name in right.dof_names)
+    np.testing.assert_array_equal(left.q_range, right.q_range)
+    rng, pair = np.random.default_rng(2), [right.simulator(), left.simulator()]
+    for _ in range(5):
+        q, v = rng.uniform(*right.q_range.T), rng.normal(size=right.dof_count)
+        for simulator in pair:
+            simulator.reset(q, v)
+        one, other = pair
+        np.testing.assert_allclose(other.strain, one.strain, atol=1e-7)
+        np.testing.assert_allclose(other.moment_arms(), one.moment_arms(), atol=1e-6)
+        np.testing.assert_allclose(other.strain_rate, one.strain_rate, atol=1e-5)
+        for name in effectors:
+            mirrored = other.effector_position(f"{name}_l") * (1, -1, 1)
+            np.testing.assert_allclose(mirrored, one.effector_position(f"{name}_r"), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "effectors"),
+    [
+        ("zhou2021", "T1 finger_l finger_r foot_l foot_r hand_l hand_r head"),
+        ("right_arm", "T1 finger_r hand_r"),
+        ("left_arm", "T1 finger_l hand_l"),
+        ("left_leg", "T1 foot_l"),
+        ("neck_seated", "T1 head"),
+    ],
+)
+def test_effectors_stand_where_the_table_says_and_along_the_world(load_body, name, effectors):
+    body = load_body(name)
+    assert sorted(body.effectors) == effectors.split()
+    data = mujoco.MjData(body.model)
+    mujoco.mj_kinematics(body.model, data)
+    # the assembly frame stands where the root bone's origin is
+    table = {row.effector: row for row in read_table(TABLES / "effectors.csv", Effector)}
+    root = next(bone for bone in load_part("core", TABLES).bones if bone.parent == "world")
+    shift = data.xpos[1] - root.origin
+    for effector, site in body.effectors.items():
+        row = table[effector[:-1] + "r" if effector.endswith("_l") else effector]
+        at = np.array([row.x_m, row.y_m, row.z_m]) * (1, -1 if effector.endswith("_l") else 1, 1)
+        np.testing.assert_allclose(data.site_xpos[site] - shift, at, atol=1e-9)
+        np.testing.assert_allclose(data.site_xmat[site].reshape(3, 3), np.eye(3), atol=1e-9)
+    with pytest.raises(UserError, match="has no effector 'tail'; it has: "):
+        body.effector("tail")
+
+
+def test_a_movable_body_may_be_placed_elsewhere_alone(load_body):
+    still = load_body("right_arm")
+    moved = still.movable()
+    moved.model.body_pos[1] += (0.0, 0.0, 0.5)
+    gap = moved.simulator().effector_position("hand_r") - still.simulator().effector_position("hand_r")
+    np.testing.assert_allclose(gap, (0.0, 0.0, 0.5), atol=1e-12)
+
+
 # -- the right arm ----------------------------------------------------------------------------------
 
 
@@ -286,8 +371,8 @@ def test_counts_and_names_of_the_arm(arm):
     assert arm.model.nv == arm.model.nq == 7
 
 
-def test_building_twice_gives_the_same_tables(arm_folder, tmp_path):
-    build.build("right_arm", TABLES, tmp_path / "again", seed=1)
+def test_building_twice_gives_the_same_tables(arm_folder, whole_folder, tmp_path):
+    build.build("right_arm", TABLES, tmp_path / "again", 1, 10, whole_folder)
     for name in ("model.mjb", "muscles.csv", "joints.csv", "fit.json"):
         assert (tmp_path / "again" / name).read_bytes() == (arm_folder / name).read_bytes()
 

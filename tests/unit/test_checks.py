@@ -118,6 +118,7 @@ def subject(hinges=HINGES, muscles=MUSCLES, masses=MASSES, options=SMALL, name="
         name=name,
         model=model,
         dof_names=tuple(names),
+        dof_regions=("core",) * len(names),
         q_rest=np.zeros(len(names)),
         q_range=np.deg2rad([(rows[n].min_deg, rows[n].max_deg) for n in names]),
         joint_stiffness=np.array([rows[n].stiffness_Nm_rad for n in names]),
@@ -138,7 +139,7 @@ def subject(hinges=HINGES, muscles=MUSCLES, masses=MASSES, options=SMALL, name="
             np.array([row.radius_m for row in builder.contacts]),
             tuple(frozenset(row.surfaces.split()) for row in builder.contacts),
         ),
-        hand_site=None,
+        effectors={},
         root_free=True,
     )
     return Subject(body, plan, [part], Spheres(), TABLES, options)

@@ -7,9 +7,12 @@ import pytest
 import yaml
 
 from anthro import cli, config, registry
+from anthro.body.parts import BODIES
 from anthro.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[2]
+DEMOS = registry.DEMOS.values()
+BLOCK = 80  # validation_block of the nets
 
 
 @pytest.fixture
@@ -31,15 +34,23 @@ def test_the_run_is_named_after_its_scale_unless_told():
 @pytest.mark.parametrize("scale", scales())
 def test_every_scale_is_whole(scale):
     settings = config.load({"scale": scale}, ROOT)
-    assert settings["sizes"]["rounds"] >= 1
+    assert settings["sizes"]["limbs"].keys() == {limb["region"] for limb in settings["limbs"].values()}
+    assert settings["sizes"]["ablation"].keys() == registry.ABLATIONS.keys()
+    assert settings["sizes"]["demos"].keys() <= {*(demo.module.rpartition(".")[2] for demo in DEMOS), "solvers"}
+    for net in settings["nets"]:
+        assert config.net_spec(settings, net)["epochs"] >= 1
+    for sizes in settings["sizes"]["limbs"].values():
+        assert all(sizes[role]["pairs"] >= 2 * BLOCK for role in ("voluntary", "reflex")), "too few to be split"
 
 
 def test_paper_scale_has_the_papers_sizes():
     settings = config.load({"scale": "paper"}, ROOT)
     sizes, numbers = settings["sizes"], settings["papers"]["nakada2018"]["numbers"]
     pairs = numbers["voluntary_pairs"]["value"]
-    assert sizes["rounds"] * sizes["voluntary"]["shards"] * sizes["voluntary"]["pairs"] == pairs
-    assert sizes["reflex"]["shards"] * sizes["reflex"]["pairs"] == pairs
+    for limb in sizes["limbs"].values():
+        assert limb["rounds"] * limb["voluntary"]["shards"] * limb["voluntary"]["pairs"] == pairs
+        assert limb["reflex"]["shards"] * limb["reflex"]["pairs"] == pairs
+        assert limb["epochs"] == {"voluntary": 2000, "reflex": 2000}
 
 
 @pytest.mark.parametrize(
@@ -47,8 +58,8 @@ def test_paper_scale_has_the_papers_sizes():
     [
         ("config/config.yaml", "seed: 7", "sead: 7", "config/config.yaml: sead: 7: unknown key; did you mean 'seed'?"),
         ("config/config.yaml", "seed: 7", "seed: -7", "config/config.yaml: seed: -7 is less than"),
-        ("config/scales/smoke.yaml", "fps: 5", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),
-        ("config/scales/smoke.yaml", "fps: 5", "", "config/scales/smoke.yaml: film: 'fps' is a required"),
+        ("config/scales/smoke.yaml", "fps: 2", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),
+        ("config/scales/smoke.yaml", "fps: 2", "", "config/scales/smoke.yaml: film: 'fps' is a required"),
         (
             "config/nets/nakada2018/right_arm_reflex.yaml",
             "batch_size:",
@@ -56,6 +67,15 @@ def test_paper_scale_has_the_papers_sizes():
             "config/nets/nakada2018/right_arm_reflex.yaml: batchsize: 256: unknown key; did you mean 'batch_size'?",
         ),
         ("config/data/right_arm_reflex.yaml", "push_force:", "force:", "right_arm_reflex.yaml: rollout.force: 10.0:"),
+        ("config/limbs/core.yaml", "lack:", "lacks:", "config/limbs/core.yaml: lacks: 3.0: unknown key; did you mean"),
+        ("config/limbs/core.yaml", "senses: orientation", "senses: taste", "core.yaml: senses: 'taste' is not one of"),
+        ("config/config.yaml", "mirrored #", "copied #", "config/config.yaml: left_limbs: 'copied' is not one of"),
+        (
+            "config/ablations/core_widths.tsv",
+            "core_reflex",
+            "tail",
+            "row reflex_300: net: 'tail' is not in config/nets/",
+        ),
         ("config/ablations/depths.tsv", "1800", "many", "config/ablations/depths.tsv: row 1: hidden: 'many' is not"),
         ("config/ablations/shapes.tsv", "hidden", "hiden", "config/ablations/shapes.tsv: row 1: hiden:"),
         ("config/papers/nakada2018.yaml", "label: Fig. 13", "lable: Fig. 13", "figures.fig13_reflex_training.lable"),
@@ -91,13 +111,19 @@ def test_specs_hold_what_decides_a_job_and_no_more():
     settings = config.load({"scale": "smoke", "seed": 3}, ROOT)
     data = config.data_spec(settings, "right_arm_reflex")
     assert data.keys() == {"teacher", "rollout", "limb", "pairs", "seed"}
-    assert data["limb"] == "right_arm" and data["pairs"] == settings["sizes"]["reflex"]["pairs"]
+    arm = settings["sizes"]["limbs"]["arm"]
+    assert data["limb"] == {"name": "right_arm"} | settings["limbs"]["right_arm"]
+    assert data["pairs"] == arm["reflex"]["pairs"]
     net = config.net_spec(settings, "right_arm_reflex")
-    assert net["epochs"] == settings["sizes"]["training"]["epochs"] and net["samples"] is None
+    assert net["epochs"] == arm["epochs"]["reflex"] and net["samples"] is None
     row = config.ablation_spec(settings, "shapes", "9")
-    assert row["hidden"] == [3000, 3000] and row["samples"] == settings["sizes"]["ablation"]["samples"]
+    assert row["hidden"] == [3000, 3000] and row["samples"] == settings["sizes"]["ablation"]["shapes"]["samples"]
     assert row["inputs"] == ["offset", "drive"]
+    assert (row["schedule"], row["start"], row["softening"]) == ("constant", "he", {})
     assert config.ablation_spec(settings, "learning_rates", "1e-6")["learning_rate"] == 1e-6
+    narrow = config.ablation_spec(settings, "core_widths", "reflex_300")
+    assert narrow["hidden"] == [300] * 6 and narrow["dataset"] == "core_reflex" and "net" not in narrow
+    assert narrow["name"] == "core_reflex_core_widths_reflex_300"
 
 
 def test_spec_is_written_as_sorted_json(tmp_path, capsys):
@@ -110,6 +136,10 @@ def test_spec_is_written_as_sorted_json(tmp_path, capsys):
 def test_registry_and_yaml_files_agree():
     settings = config.load({"scale": "smoke"}, ROOT)
     assert settings["nets"].keys() == registry.NETS.keys()
+    assert settings["limbs"].keys() == registry.LIMBS.keys()
+    assert {limb["body"] for limb in settings["limbs"].values()} | {
+        body for demo in DEMOS for body in demo.bodies
+    } <= BODIES.keys()
     for name, net in registry.NETS.items():
         assert settings["nets"][name]["name"] == name
         assert settings["nets"][name]["paper"] == net.paper
@@ -129,6 +159,19 @@ def test_limbs_name_nets_and_unknown_limbs_are_refused():
         assert set(limb.nets.values()) <= registry.NETS.keys()
     with pytest.raises(UserError, match="left_tail"):
         registry.limb("left_tail")
+
+
+def test_there_are_three_nets_a_limb_and_left_ones_are_mirrored_or_trained():
+    assert len(registry.NETS) == 3 * len(registry.LIMBS) == 21
+    mirrored = registry.mirrored_nets("mirrored")
+    assert set(mirrored) == {name for name in registry.NETS if name.startswith("left_")}
+    assert all(source == name.replace("left", "right") for name, source in mirrored.items())
+    assert registry.mirrored_nets("trained") == {}
+    settings = config.load({"scale": "smoke"}, ROOT)
+    alike = {"name", "dataset"}
+    for name, source in mirrored.items():
+        ours, theirs = settings["nets"][name], settings["nets"][source]
+        assert {key for key in ours if ours[key] != theirs[key]} == alike
 
 
 def test_appendix_a_has_nine_shapes_and_eight_depths_of_about_1800_units():

@@ -128,6 +128,20 @@ def test_larger_slack_bounds_the_drive():
     assert np.abs(minimal_effort(A, b, 0.02, slack=1e-2).drive).max() < 1e4
 
 
+@pytest.mark.parametrize("reach", [1.0, 5.0])
+def test_slack_of_each_row_softens_that_row_alone(reach):
+    """The optimality conditions S (A a - b) = -slack y / S hold row by row; a soft row gives way to the others."""
+    A, _, b = arm_like(3, reach)
+    slack = np.array([1e-3, 1e-3, 0.3, 1e-3, 1e-3, 0.3, 1e-3])
+    found, scale = minimal_effort(A, b, 0.02, slack=slack), strength(A)
+    shortfall = (A @ found.activation - b) / scale
+    np.testing.assert_allclose(shortfall, -slack * found.multiplier * scale, atol=1e-9)
+    even = minimal_effort(A, b, 0.02, slack=np.full(7, 1e-3))
+    np.testing.assert_array_equal(even.drive, minimal_effort(A, b, 0.02, slack=1e-3).drive)
+    softened = np.abs(shortfall) > np.abs((A @ even.activation - b) / scale)
+    assert softened[[2, 5]].all()
+
+
 @pytest.mark.parametrize("reach", [1.0, 20.0])
 def test_start_changes_the_work_and_not_the_answer(reach):
     A, _, b = arm_like(11, reach)
@@ -190,6 +204,8 @@ def test_not_finite_is_refused(name, value):
         ({"A": np.zeros(29)}, "A has shape"),
         ({"slack": 0.0}, "slack"),
         ({"slack": np.nan}, "slack"),
+        ({"slack": np.full(6, 1e-3)}, "slack has shape"),
+        ({"slack": np.r_[np.full(6, 1e-3), 0.0]}, "slack"),
     ],
 )
 def test_wrong_arguments_are_refused(change, message):

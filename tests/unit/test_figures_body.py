@@ -10,8 +10,6 @@ from anthro.figures.limb import limb_plate
 from anthro.figures.plate import GAP, HEAD, plate
 from anthro.figures.zhou2021.joint_sweeps import PIXELS, Sweeper, swept_joints
 from anthro.render.anatomy import BACK, FRONT, RIGHT, Anatomy, assemble, picture, spindle, width_of
-from anthro.render.mesh import linear_rgb
-from anthro.render.scene import GROUP_COLOURS, group_colour, muscle_colour
 
 # A trunk, an upper arm and a forearm of boxes on the right, an upper arm on the left.
 MODEL = """
@@ -53,8 +51,8 @@ MODEL = """
 </mujoco>
 """
 TABLES = {
-    "joints": "joint,min,max,rest,stiffness,damping\n"
-    "shoulder_r,-1,2,0,0,0\nelbow_r,0.5,1,0.5,0,0\nshoulder_l,-1,2,0,0,0\n",
+    "joints": "joint,region,min,max,rest,stiffness,damping\n"
+    "shoulder_r,arm,-1,2,0,0,0\nelbow_r,arm,0.5,1,0.5,0,0\nshoulder_l,arm,-1,2,0,0,0\n",
     "muscles": "muscle,region,group,max_force,slack_length,tendon_length\n"
     "chest_r,core,chest,600,0.1,0.1\nbiceps_r,arm,elbow,300,0.1,0.1\nchest_l,core,chest,600,0.1,0.1\n",
     "ligaments": "ligament,stiffness,damping,slack_low,slack_high\n"
@@ -167,10 +165,3 @@ def test_a_sweep_shows_the_moving_bone_in_colour(body):
     blue = [(image[..., 2].astype(int) > image[..., 0] + 40).sum() for image in images]
     assert min(blue) > 100
     assert not np.array_equal(images[0], images[2])
-
-
-def test_any_group_has_a_colour_and_the_arm_keeps_its_own():
-    assert {group: group_colour(group) for group in GROUP_COLOURS} == GROUP_COLOURS
-    assert group_colour("splenius capitis") == group_colour("splenius capitis")
-    colour, glow = muscle_colour("splenius capitis", 1.0)
-    assert np.allclose(colour, linear_rgb(group_colour("splenius capitis"))) and glow == 0.5

@@ -16,9 +16,12 @@ from hypothesis import strategies as st
 from anthro import cli
 from anthro.files import read_json, write_json, write_shard
 from anthro.learn import checkpoint
+from anthro.learn import rows as rows_module
 from anthro.learn import train as train_module
-from anthro.learn.data import load_pairs, normalisation, normalise, validation_side
+from anthro.learn.data import TRAINING, UNUSED, VALIDATION, Moments, find_pairs, normalise, survey, validation_side
+from anthro.learn.device import choose_device
 from anthro.learn.networks import Network
+from anthro.learn.rows import Rows
 from anthro.learn.spec import read_spec
 from anthro.learn.train import COLUMNS, Training, train
 from anthro.motor.network import FeedForward
@@ -65,6 +68,19 @@ def job(tmp_path):
         }
 
     return make
+
+
+def start(job: dict) -> Training:
+    """Return a training before its first epoch."""
+    spec = read_spec(job["spec_path"])[0]
+    pairs = find_pairs(spec, job["shards"])
+    return Training(spec, Rows(pairs, survey(pairs)[0], job["state_folder"]))
+
+
+def joined(pairs) -> tuple[np.ndarray, ...]:
+    """Return the inputs, outputs and sides of all pairs."""
+    blocks = list(pairs.blocks())
+    return tuple(np.concatenate([getattr(block, part) for block in blocks]) for part in ("inputs", "outputs", "side"))
 
 
 def arguments(job: dict) -> list[str]:
@@ -132,43 +148,105 @@ def test_a_tenth_validates(n, block, seed):
 def test_split_stays_when_a_round_is_added(job):
     spec = read_spec(job()["spec_path"])[0]
     shards = job()["shards"]
-    before, after = load_pairs(spec, shards[:1]), load_pairs(spec, shards)
-    np.testing.assert_array_equal(before.validation, after.validation[:300])
-    assert after.validation.sum() == 60
-    assert before.validation.tolist() != after.validation[300:].tolist()
+    before, after = (find_pairs(spec, part).sides for part in (shards[:1], shards))
+    np.testing.assert_array_equal(before[0], after[0])
+    assert (np.concatenate(after) == VALIDATION).sum() == 60
+    assert before[0].tolist() != after[1].tolist()
 
 
 def test_both_sides_hold_other_pairs(job):
-    arguments = job()
-    spec = read_spec(arguments["spec_path"])[0]
-    training = Training(spec, load_pairs(spec, arguments["shards"]))
-    sides = [{tuple(row) for row in side[0].numpy().tolist()} for side in (training.training, training.validation)]
+    rows = start(job()).rows
+    sides = [
+        {tuple(row) for x, _ in side for row in x.numpy().tolist()}
+        for side in (rows.batches(np.arange(rows.training), 32), rows.held_out())
+    ]
     assert not sides[0] & sides[1]
-    assert [len(side) for side in sides] == [540, 60]
+    assert [len(side) for side in sides] == [rows.training, rows.validation] == [540, 60]
 
 
 def test_samples_choose_so_many_pairs_and_always_the_same(job):
     arguments = job(samples=200)
     spec = read_spec(arguments["spec_path"])[0]
-    pairs = load_pairs(spec, arguments["shards"])
-    assert (len(pairs.inputs), pairs.validation.sum()) == (200, 20)
-    assert pairs.digest() == load_pairs(spec, arguments["shards"]).digest()
+    pairs = find_pairs(spec, arguments["shards"])
+    whole = find_pairs(read_spec(job("whole")["spec_path"])[0], arguments["shards"])
+    assert (pairs.count(TRAINING), pairs.count(VALIDATION), pairs.count(UNUSED)) == (180, 20, 400)
+    assert [len(part) for part in joined(pairs)] == [200] * 3
+    for sides, known in zip(pairs.sides, whole.sides, strict=True):
+        assert (sides[sides != UNUSED] == known[sides != UNUSED]).all()
+    assert survey(pairs)[1] == survey(find_pairs(spec, arguments["shards"]))[1]
     other = read_spec(job("b", samples=200, seed=4)["spec_path"])[0]
-    assert pairs.digest() != load_pairs(other, arguments["shards"]).digest()
+    assert survey(pairs)[1] != survey(find_pairs(other, arguments["shards"]))[1]
 
 
-def test_normalisation_comes_from_the_training_side(job):
-    arguments = job()
-    pairs = load_pairs(read_spec(arguments["spec_path"])[0], arguments["shards"])
-    pairs.outputs[pairs.validation] += 100
-    inputs, outputs = normalise(pairs, normalisation(pairs))
-    training = ~pairs.validation
-    np.testing.assert_allclose(inputs[training].mean(axis=0), 0, atol=1e-5)
-    np.testing.assert_allclose(outputs[training].std(axis=0), 1, atol=1e-4)
-    raw = pairs.inputs[training]
-    np.testing.assert_allclose(
-        inputs[training][:, 0], (lambda z: (z - z.mean()) / z.std())(np.arcsinh(raw[:, 0] / 0.02)), atol=1e-4
-    )
+def test_normalisation_comes_from_the_training_side(job, tmp_path):
+    spec = read_spec(job()["spec_path"])[0]
+    first = find_pairs(spec, job()["shards"][:1])
+    inputs, outputs, side = joined(first)
+    outputs[side == VALIDATION] += 100
+    moved = [shard(tmp_path / "moved.h5", offset=inputs[:, :3], drive=inputs[:, 3:], voluntary=outputs)]
+    pairs = find_pairs(spec, moved)
+    factors, _ = survey(pairs)
+    rows = np.concatenate([normalise(block, factors) for block in pairs.blocks()])
+    training = rows[side == TRAINING]
+    np.testing.assert_allclose(training.mean(axis=0), 0, atol=1e-5)
+    np.testing.assert_allclose(training.std(axis=0), 1, atol=1e-4)
+    raw = np.arcsinh(inputs[side == TRAINING][:, 0] / 0.02)
+    np.testing.assert_allclose(training[:, 0], (raw - raw.mean()) / raw.std(), atol=1e-4)
+
+
+@given(
+    parts=st.lists(st.integers(0, 9), min_size=1, max_size=6).filter(lambda parts: sum(parts) > 0),
+    offset=st.sampled_from([0.0, 1e4]),
+    seed=st.integers(0, 99),
+)
+def test_moments_of_parts_are_those_of_the_whole(parts, offset, seed):
+    generator = np.random.default_rng(seed)
+    values = (generator.normal(offset, 1, (sum(parts), 3)) * [1, 1e-3, 1]).astype(np.float32)
+    values[:, 2] = 0.7
+    moments = Moments()
+    for part in np.split(values, np.cumsum(parts)[:-1]):
+        moments.add(part)
+    exact = values.astype(float)
+    np.testing.assert_allclose(moments.mean, exact.mean(axis=0), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(moments.variance, exact.var(axis=0), rtol=1e-8, atol=1e-15)
+    np.testing.assert_array_equal(moments.largest, np.abs(values).max(axis=0))
+    assert moments.scale[2] == 1
+
+
+def test_normalised_rows_are_the_pairs_whatever_the_block(job, monkeypatch):
+    spec = read_spec(job()["spec_path"])[0]
+    pairs = find_pairs(spec, job()["shards"])
+    inputs, outputs, side = joined(pairs)
+    factors, digest = survey(pairs)
+    monkeypatch.setattr("anthro.learn.data.BLOCK", 70)
+    again, _ = survey(pairs)
+    for name in factors:
+        np.testing.assert_allclose(again[name], factors[name], rtol=1e-6, atol=1e-7)
+    rows = Rows(pairs, factors, job()["state_folder"])
+    order = np.random.default_rng(0).permutation(rows.training)
+    drawn = [torch.cat(part).numpy() for part in zip(*rows.batches(order, 32), strict=True)]
+    expected = (outputs - factors["output_mean"]) / factors["output_scale"]
+    np.testing.assert_allclose(drawn[1], expected[side == TRAINING][order], atol=1e-6)
+    held = torch.cat([y for _, y in rows.held_out()]).numpy()
+    np.testing.assert_allclose(held, expected[side == VALIDATION], atol=1e-6)
+    drive = (inputs[:, 3:] - factors["input_mean"][3:]) / factors["input_scale"][3:]
+    np.testing.assert_allclose(drawn[0][:, 3:], drive[side == TRAINING][order], atol=1e-6)
+    assert os.listdir(job()["state_folder"]) == []
+
+
+def test_pages_are_given_back_and_read_again(job, monkeypatch):
+    def draw():
+        rows = start(job()).rows
+        order = np.random.default_rng(0).permutation(rows.training)
+        for _ in range(2):
+            drawn = [x.numpy() for x, _ in rows.batches(order, 32)]
+        return np.concatenate(drawn + [x.numpy().copy() for x, _ in rows.held_out()]), rows
+
+    (kept, _) = draw()
+    monkeypatch.setattr(rows_module, "RESIDENT", 10_000)
+    released, rows = draw()
+    assert rows.bytes > 10_000 >= rows._resident
+    np.testing.assert_array_equal(kept, released)
 
 
 def test_a_constant_column_does_no_harm(job, tmp_path):
@@ -187,9 +265,9 @@ def test_training_learns_and_reports(job):
     assert best["unexplained_variance"] < 0.2
     assert card["spec"]["hidden"] == [12, 12]
     assert (card["weights"], card["pairs"]["validation"]) == (7 * 12 + 12 * 12 + 12 * 2, 60)
-    pairs = load_pairs(read_spec(arguments["spec_path"])[0], arguments["shards"])
-    labels = pairs.outputs[pairs.validation]
-    error = ((network.predict(pairs.inputs[pairs.validation]) - labels) ** 2).mean(axis=0)
+    inputs, outputs, side = joined(find_pairs(read_spec(arguments["spec_path"])[0], arguments["shards"]))
+    labels = outputs[side == VALIDATION]
+    error = ((network.predict(inputs[side == VALIDATION]) - labels) ** 2).mean(axis=0)
     np.testing.assert_allclose(best["validation_mse_physical"], error.mean(), rtol=1e-4)
     np.testing.assert_allclose(best["unexplained_variance"], error.sum() / labels.var(axis=0).sum(), rtol=1e-4)
     np.testing.assert_allclose(best["unexplained_variance_per_output"], error / labels.var(axis=0), rtol=1e-4)
@@ -254,8 +332,7 @@ def test_killed_process_goes_on(job):
 
 def test_stale_or_broken_state_is_ignored(job, capsys):
     arguments = job()
-    spec = read_spec(arguments["spec_path"])[0]
-    training = Training(spec, load_pairs(spec, arguments["shards"]))
+    training = start(arguments)
     training.run_epoch()
     checkpoint.save_state(arguments["state_folder"], "another", training.state())
     assert checkpoint.load_state(arguments["state_folder"], "this") is None
@@ -300,19 +377,6 @@ def test_schedules(job):
     np.testing.assert_allclose([rates[0], rates[-1]], [3e-3, 3e-5])
 
 
-def test_warm_start_keeps_weights_and_normalisation(job, tmp_path):
-    first = train(**job("a", epochs=20))
-    weights = job("a")["out"] / "weights.h5"
-    second = job("b", epochs=1, learning_rate=1e-12)
-    second["shards"] = [shard(tmp_path / "next.h5", seed=9, drive=np.random.default_rng(1).normal(2, 1, (300, 4)))]
-    warm = train(**second, initial_path=weights)
-    for name, values in first.normalisation.items():
-        np.testing.assert_array_equal(values, warm.normalisation[name])
-    x = np.random.default_rng(0).normal(size=(5, 7))
-    np.testing.assert_allclose(warm.predict(x), first.predict(x), rtol=1e-4, atol=1e-6)
-    assert read_json(second["out"] / "run_card.json")["initial_digest"]
-
-
 def fails(arguments_: list[str], capsys, *words) -> None:
     """Check that the command ends with exit code 2 and one line that holds `words`."""
     assert cli.run(train_module.main, arguments_) == 2
@@ -343,13 +407,6 @@ def test_shard_of_another_width(job, tmp_path, capsys):
     arguments_ = job()
     arguments_["shards"].append(shard(tmp_path / "wide.h5", voluntary=np.zeros((300, 3))))
     fails(arguments(arguments_), capsys, "wide.h5", "width")
-
-
-def test_weights_of_another_shape(job, capsys, tmp_path):
-    for name, sizes in (("hidden", (7, 12, 13, 2)), ("inputs", (8, 12, 12, 2))):
-        path = tmp_path / f"{name}.h5"
-        Network(sizes).export().save(path)
-        fails([*arguments(job()), "--initial", str(path)], capsys, f"{name}.h5", name)
 
 
 @pytest.mark.parametrize(
@@ -432,9 +489,54 @@ def test_full_disk_at_the_end_repeats_no_epoch(job, capsys, monkeypatch):
     assert len(losses(arguments_["out"])) == 7
 
 
+def test_no_room_for_the_rows_is_told(job, capsys, monkeypatch):
+    monkeypatch.setattr(Rows, "_write", full_disk)
+    fails(arguments(job()), capsys, "state", "GiB", "No space left")
+
+
+@pytest.mark.parametrize(("wanted", "there", "chosen"), [
+    ("auto", True, "cuda"), ("auto", False, "cpu"), ("cpu", True, "cpu"), ("cuda", True, "cuda"),
+])  # fmt: skip
+def test_device(monkeypatch, wanted, there, chosen):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: there)
+    assert choose_device(wanted).type == chosen
+
+
+def test_device_that_is_not_there(job, capsys, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    fails([*arguments(job()), "--device", "cuda"], capsys, "device", "cuda")
+
+
+def test_batches_go_to_the_device(job, monkeypatch):
+    monkeypatch.setattr(torch.Tensor, "pin_memory", lambda self: self)
+    spec = read_spec(job()["spec_path"])[0]
+    pairs = find_pairs(spec, job()["shards"])
+    rows = Rows(pairs, survey(pairs)[0], job()["state_folder"], "meta")
+    for x, y in [*rows.batches(np.arange(rows.training), 32), *rows.held_out()]:
+        assert (x.device.type, y.device.type, x.shape[1], y.shape[1]) == ("meta", "meta", 7, 2)
+
+
+@pytest.mark.parametrize("free", [0, 10**9])
+def test_a_gpu_holds_all_rows_if_they_fit(job, monkeypatch, free):
+    """The GPU's calls are stood in for by the CPU's: what is drawn stays the same."""
+    plain = start(job()).rows
+    monkeypatch.setattr(torch.cuda, "mem_get_info", lambda device: (free, free))
+    empty = torch.empty
+    monkeypatch.setattr(torch, "empty", lambda *shape, device: empty(*shape))
+    spec = read_spec(job()["spec_path"])[0]
+    pairs = find_pairs(spec, job()["shards"])
+    monkeypatch.setattr(Rows, "_sides", lambda self, rows: (rows[:, :7], rows[:, 7:]))
+    rows = Rows(pairs, survey(pairs)[0], job()["state_folder"], "cuda")
+    order = np.arange(540)[::-1].copy()
+    for a, b in zip(plain.batches(order, 100), rows.batches(order, 100), strict=True):
+        assert torch.equal(a[0], b[0])
+        assert torch.equal(a[1], b[1])
+    assert (rows._table.data_ptr() == torch.frombuffer(rows._map, dtype=torch.float32).data_ptr()) == (not free)
+
+
 def test_card_is_json_and_says_what_was_used(job):
     arguments_ = job()
     train(**arguments_, threads=1)
     card = json.loads((arguments_["out"] / "run_card.json").read_text())
-    for name in ("spec", "spec_digest", "data_digest", "seed", "threads", "wall_seconds", "versions", "best"):
+    for name in ("spec", "spec_digest", "data_digest", "seed", "threads", "device", "wall_seconds", "versions", "best"):
         assert name in card

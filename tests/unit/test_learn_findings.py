@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anthro import cli
+from anthro import cli, registry
 from anthro.errors import UserError
 from anthro.files import read_json, write_json
 from anthro.learn import findings
@@ -58,12 +58,16 @@ def paper_like(run, epochs=EPOCHS):
     for number, hidden in enumerate(findings.DEPTHS, start=1):
         losses = curve(0.1, speeds[number - 1], times[number - 1], epochs)
         put(run / f"ablations/depths/{number}", losses, hidden)
+    for width, mse in ((300, 0.3), (600, 0.25)):
+        for role in ("voluntary", "reflex"):
+            put(run / f"ablations/core_widths/{role}_{width}", curve(mse, epochs=epochs), (width,) * 6)
     put(run / "ablations/learning_rates/1e-6", curve(0.8, 0.1, epochs=epochs), learning_rate=1e-6)
     put(run / "ablations/learning_rates/1e-3", curve(0.1, epochs=epochs), learning_rate=1e-3)
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(tmp_path, monkeypatch):
+    monkeypatch.setattr(registry, "ABLATIONS", dict.fromkeys(findings.CHECKS, ""))
     paper_like(tmp_path / "run")
     return tmp_path / "run"
 
@@ -75,8 +79,12 @@ def judged(run, out) -> dict[str, str]:
 
 def test_trainings_like_the_papers_pass(run, tmp_path):
     verdicts = judged(run, tmp_path)
-    assert len(verdicts) == 23
+    assert len(verdicts) == 25
     assert set(verdicts.values()) == {"pass", ""}
+
+
+def test_every_table_of_the_registry_is_checked():
+    assert set(registry.ABLATIONS) <= set(findings.CHECKS)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +99,7 @@ def test_trainings_like_the_papers_pass(run, tmp_path):
         ("depths", 8, curve(0.1, 0.6, 9.0), "time an epoch, longest over shortest of depths 6 to 8", "miss"),
         ("learning_rates", "1e-6", curve(0.05, 1.0), "1e-3 is Adam's step size: unexplained variance at 1e-3 over 1e-6",
          "miss"),
+        ("core_widths", "voluntary_600", curve(0.4), "voluntary net, 600 does better: MSE over that of 300", "miss"),
     ],
 )  # fmt: skip
 def test_a_run_that_differs_does_not_pass(run, tmp_path, table, row, losses, metric, verdict):
@@ -127,14 +136,15 @@ def test_missing_and_broken_tables_are_named(run, tmp_path, capsys):
         read_table(run, "shapes")
     with pytest.raises(UserError, match="no such file"):
         read_losses(run / "none.csv")
+    (run / "ablations/core_widths/reflex_300").rename(tmp_path / "moved")
+    with pytest.raises(UserError, match="reflex_300"):
+        findings.core_width_findings(read_table(run, "core_widths"))
     put(tmp_path / "few/ablations/shapes/1", curve(), (7, 7))
     assert cli.run(findings.main, ["--run", str(tmp_path / "few"), "--out", str(tmp_path)]) == 2
     assert "not trained: [100, 100" in capsys.readouterr().err
 
 
 SCRIPTS = (
-    "fig11_voluntary_training",
-    "fig13_reflex_training",
     "fig28_ablation_mse",
     "fig29_ablation_time",
     "learning_rates",
@@ -151,9 +161,6 @@ def test_figures_are_drawn_from_long_and_from_short_runs(script, tmp_path):
     for epochs in (30, 1):
         run = tmp_path / str(epochs)
         paper_like(run, epochs)
-        for number in range(3):
-            put(run / f"nets/right_arm_voluntary_paper/round{number}", curve(epochs=epochs))
-        put(run / "nets/right_arm_reflex/round0", curve(epochs=epochs))
         assert draw(script, run, run / "figure.png") == 0
         assert (run / "figure.png").read_bytes().startswith(b"\x89PNG")
 

@@ -6,11 +6,19 @@ from anthro import cli
 from anthro.files import read_json
 from anthro.reference import main
 
+MORE = ("cost.csv", "demos/hold/metrics.json", "demos/hold/rollout.h5")
+
 
 @pytest.fixture
 def run(tmp_path):
     folder = tmp_path / "laptop"
-    for name in ("figures/nakada2018/a.png", "figures/nakada2018/b.mp4", "figures/nakada2018/c.json", "scorecard.csv"):
+    for name in (
+        "figures/nakada2018/a.png",
+        "figures/nakada2018/b.mp4",
+        "figures/nakada2018/c.json",
+        "scorecard.csv",
+        *MORE,
+    ):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(name.encode())
     for name, seconds in (("nets/a.tsv", "1.5"), ("nets/b.tsv", "2.5"), ("body.tsv", "1.0")):
@@ -23,7 +31,7 @@ def test_scorecard_figures_and_seconds_are_kept(run, tmp_path):
     out = tmp_path / "reference"
     assert cli.run(main, ["--run", str(run), "--out", str(out)]) == 0
     kept = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())
-    assert kept == ["figures/a.png", "figures/b.mp4", "run_card.json", "scorecard.csv"]
+    assert kept == ["cost.csv", "demos/hold.json", "figures/a.png", "figures/b.mp4", "run_card.json", "scorecard.csv"]
     assert read_json(out / "run_card.json")["job_seconds"] == {"body.tsv": 1.0, "nets": 4.0}
 
 

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from anthro.render.camera import Camera
-from anthro.render.mesh import join, linear_rgb, resample, sphere, tube
+from anthro.render.mesh import evenly, join, linear_rgb, outermost, resample, sphere, tube, tubes
 from anthro.render.raytrace import FAR, Part, Studio, intersect, occluded, render
-from anthro.render.scene import GROUP_COLOURS, bones, muscle_colour, muscle_paths, muscles
+from anthro.render.scene import BELLY_RADII, belly_radii, bones, corners, muscle_paths, muscles, root_bone
+from anthro.render.solids import box, turned
 
 ARM = """
 <mujoco>
@@ -139,6 +140,20 @@ def test_baked_sky_is_darker_inside_a_fold():
     assert Part(join(pair)).bake().exposure.min() < 0.7
 
 
+def test_every_ray_is_tried_against_every_part_that_it_may_meet():
+    random = np.random.default_rng(5)
+    balls = [Part(sphere(centre, 0.1, "#FFFFFF")) for centre in random.uniform(-1, 1, (30, 3))]
+    origin = np.array([4.0, 0.3, 0.2])
+    aims = random.uniform(-1, 1, (500, 3)) - origin
+    rays = (aims / np.linalg.norm(aims, axis=1, keepdims=True)).astype(np.float32)
+    hits = intersect(balls, origin.astype(np.float32), rays)
+    alone = [intersect([ball], origin.astype(np.float32), rays).distance for ball in balls]
+    assert np.array_equal(hits.distance, np.min(alone, axis=0))
+    assert 50 < (hits.distance < FAR).sum() < 450
+    starts = np.broadcast_to(origin, rays.shape).astype(np.float32)
+    assert np.array_equal(occluded(balls, starts, rays), hits.distance < FAR)
+
+
 def test_bones_that_move_together_are_one_mesh(arm):
     model, data = arm
     meshes = bones(model)
@@ -147,6 +162,15 @@ def test_bones_that_move_together_are_one_mesh(arm):
     world = meshes[1].vertices @ data.xmat[1].reshape(3, 3).T + data.xpos[1]
     reach = np.linalg.norm(world - [0, 0, 1], axis=1).max()
     assert reach == pytest.approx(np.hypot(0.6, np.hypot(0.02, 0.02)), abs=1e-6)
+
+
+def test_corners_reach_as_far_as_their_bones(arm):
+    model, _ = arm
+    assert root_bone(model) == 1
+    found = corners(model)
+    assert set(found) == {0, 1, 2}
+    assert np.allclose(found[0].min(axis=0), [-0.02, -0.02, 1]) and np.allclose(found[0].max(axis=0), [0.02, 0.02, 1.3])
+    assert np.allclose(found[2].min(axis=0), [-0.02, -0.02, -0.3])
 
 
 def test_paths_follow_their_wrapping_surfaces(arm):
@@ -160,14 +184,25 @@ def test_paths_follow_their_wrapping_surfaces(arm):
     assert len(paths[0]) > 4 and np.allclose(from_axis[1:-1], 0.03, atol=1e-9)
 
 
-def test_one_tube_for_each_muscle_brighter_with_activation(arm):
-    model, data = arm
-    tubes = muscles(muscle_paths(model, data), ["shoulder", "wrist"], np.array([0.0, 1.0]))
-    assert len(tubes) == model.ntendon
-    for group in GROUP_COLOURS:
-        brightness = [muscle_colour(group, level)[0].sum() for level in (0, 0.3, 1)]
-        assert np.all(np.diff(brightness) > 0)
-    assert np.allclose(tubes[1].colours, linear_rgb(GROUP_COLOURS["wrist"]))
+def test_muscles_are_tubes_from_origin_to_insertion_in_their_own_colours(arm):
+    paths = muscle_paths(*arm)
+    colours, glow = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]), np.array([0.0, 0.5])
+    mesh = muscles(paths, np.array([0.002, 0.005]), colours, glow)
+    for path, colour, shine, radius in zip(paths, colours, glow, (0.002, 0.005), strict=True):
+        own = (mesh.colours == colour).all(axis=1)
+        assert own.any() and (mesh.glow[own] == shine).all()
+        around = mesh.vertices[np.unique(mesh.faces[own])]
+        distance = np.linalg.norm(around[:, None] - evenly([path], 400), axis=2).min(axis=1)
+        # Coarse rings cut the bend round the wrapping surface by less than 2 mm.
+        assert 0.9 * radius < distance.max() < radius + 0.002
+        for end in path[[0, -1]]:
+            assert np.linalg.norm(around - end, axis=1).min() < 0.6 * radius
+
+
+def test_bellies_grow_with_the_root_of_the_force_between_limits():
+    # 60 N of 60e4 N/m^2 are 1 cm^2, of radius 5.64 mm; half of it is drawn.
+    assert belly_radii(np.array([60.0])) == pytest.approx(0.00282, rel=1e-2)
+    assert belly_radii(np.array([0.1, 1e4])).tolist() == list(BELLY_RADII)
 
 
 def test_tube_keeps_its_radius_and_faces_outwards():
@@ -179,3 +214,47 @@ def test_tube_keeps_its_radius_and_faces_outwards():
     corners = mesh.vertices[mesh.faces]
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert ((flat * mesh.normals[mesh.faces[:, 0]]).sum(axis=1) > 0).all()
+
+
+def test_many_tubes_are_the_single_ones_in_order():
+    random = np.random.default_rng(1)
+    paths = np.cumsum(random.uniform(0.01, 0.02, (3, 9, 3)), axis=1)
+    radii, colours = random.uniform(0.001, 0.002, (3, 9)), random.uniform(size=(3, 3))
+    together = tubes(paths, radii, colours, 5)
+    single = join([tube(paths[i], radii[i], colours[i], 5) for i in range(3)])
+    assert np.allclose(together.vertices, single.vertices) and np.array_equal(together.faces, single.faces)
+    assert np.array_equal(together.colours, single.colours)
+
+
+def test_points_lie_evenly_along_each_path():
+    bent, straight = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]]), np.array([[0.0, 0, 5], [0, 0, 6]])
+    points = evenly([bent, straight], 9)
+    assert np.allclose(points[1], np.stack([np.zeros(9), np.zeros(9), np.linspace(5, 6, 9)], axis=1))
+    assert np.allclose(points[0, [0, 1, -1]], [[0, 0, 0], [0.25, 0, 0], [1, 1, 0]])
+
+
+def volume(mesh):
+    corners_ = mesh.vertices[mesh.faces]
+    return np.einsum("ij,ij->i", corners_[:, 0], np.cross(corners_[:, 1], corners_[:, 2])).sum() / 6
+
+
+def test_a_box_has_its_size_and_is_closed():
+    mesh = box((1.0, 2.0, 3.0), (0.4, 0.2, 0.1), 0.01, "#808080")
+    assert np.allclose(mesh.vertices.min(axis=0), [0.8, 1.9, 2.95], atol=2e-4)
+    assert np.allclose(mesh.vertices.max(axis=0), [1.2, 2.1, 3.05], atol=2e-4)
+    assert volume(mesh) == pytest.approx(0.4 * 0.2 * 0.1, rel=0.02)
+    turned_ = box((0, 0, 0), (0.4, 0.2, 0.1), 0.01, "#808080", np.pi / 2)
+    assert np.allclose(np.ptp(turned_.vertices, axis=0), [0.2, 0.4, 0.1], atol=2e-3)
+
+
+def test_a_turned_solid_is_closed_and_faces_outwards():
+    cone = turned([(0.0, 0.0), (0.3, 0.0), (0.0, 0.6)], "#808080", (1.0, 0.0))
+    assert volume(cone) == pytest.approx(np.pi * 0.3**2 * 0.6 / 3, rel=0.01)
+    assert np.allclose(np.linalg.norm(cone.normals, axis=1), 1)
+
+
+def test_outermost_points_bound_all():
+    points = np.random.default_rng(2).normal(size=(200, 3))
+    few = outermost(points)
+    assert len(few) <= 26
+    assert np.allclose([few.min(axis=0), few.max(axis=0)], [points.min(axis=0), points.max(axis=0)])

@@ -5,99 +5,50 @@ import matplotlib
 matplotlib.use("Agg")
 
 import imageio_ffmpeg
-import mujoco
 import numpy as np
 import pytest
 from PIL import Image
+from render_bodies import record, write_body
 
 from anthro import cli
 from anthro.errors import UserError
-from anthro.figures.nakada2018 import fig21_arm_on_off, reach_error
+from anthro.figures.nakada2018 import fig20_neck_on_off, fig21_arm_on_off, reach_error
+from anthro.figures.on_off import moments
+from anthro.figures.strip import GAP, strip
 from anthro.files import read_json, write_shard
 from anthro.render import film
 from anthro.render.caption import caption, strip_height
-from anthro.render.rollout import load_body, read_rollout
-
-
-def record(run, steps=120, **changes):
-    time = np.arange(steps) * 0.1
-    on = (time < 3) | (time >= 7)
-    hand = np.zeros((steps, 3))
-    hand[:, 2] = np.where(on, 1.4, 1.4 - np.clip(time - 3, 0, 0.5))
-    hand[on & (time >= 7), 2] = 0.9 + np.clip(time[on & (time >= 7)] - 7, 0, 0.5)
-    columns = {
-        "time": time,
-        "qpos": np.linspace(0, 1, steps)[:, None].repeat(7, axis=1),
-        "activation": on[:, None] * np.full((steps, 29), 0.3),
-        "hand": hand,
-        "target": np.full((steps, 3), np.nan),
-        "controller_on": on,
-    }
-    columns.update(changes)
-    attrs = {"limb": "right_arm", "seed": 7, "step_seconds": 0.1}
-    write_shard(run / "demos" / "on_off" / "rollout.h5", columns, attrs)
-
-
-BODY = """
-<mujoco>
-  <asset>
-    <mesh name="bone" vertex="-.02 -.02 0  .02 -.02 0  .02 .02 0  -.02 .02 0
-                              -.02 -.02 .3  .02 -.02 .3  .02 .02 .3  -.02 .02 .3"/>
-  </asset>
-  <worldbody>
-    <site name="origin" pos=".1 -.2 1.5"/>
-    <body name="humerus" pos="0 -.2 1.4">
-      <joint name="flexion" axis="0 -1 0"/>
-      <geom type="mesh" mesh="bone" pos="0 0 -.3" mass="1"/>
-      <site name="end" pos=".05 0 -.2"/>
-      <site name="hand" pos="0 0 -.3"/>
-    </body>
-  </worldbody>
-  <tendon><spatial name="m"><site site="origin"/><site site="end"/></spatial></tendon>
-</mujoco>
-"""
+from anthro.render.palette import legend
+from anthro.render.rollout import read_rollout
 
 
 @pytest.fixture
-def small_run(tmp_path):
+def run(tmp_path):
     """A run with a body of one joint and one muscle, and its rollout."""
-    folder = tmp_path / "body" / "right_arm"
-    folder.mkdir(parents=True)
-    model = mujoco.MjModel.from_xml_string(BODY)
-    mujoco.mj_saveModel(model, str(folder / "model.mjb"))
-    (folder / "joints.csv").write_text("joint,min,max,rest,stiffness,damping\nflexion,-1,2,0,0,1\n")
-    (folder / "muscles.csv").write_text(
-        "muscle,region,group,max_force,slack_length,tendon_length\nm,arm,shoulder,100,0.2,0.1\n"
-    )
-    (folder / "ligaments.csv").write_text("ligament,stiffness,damping,slack_low,slack_high\n")
-    (folder / "contacts.csv").write_text("contact,radius,surfaces\n")
-    record(
-        tmp_path,
-        qpos=np.linspace(0, 1, 120)[:, None],
-        activation=np.full((120, 1), 0.5),
-        target=np.full((120, 3), [0.3, -0.2, 1.3]),
-    )
+    write_body(tmp_path)
+    record(tmp_path)
     return tmp_path
 
 
-def test_film_of_a_run(small_run):
-    request = ["--run", str(small_run), "--demo", "on_off", "--width", "96", "--height", "80"]
-    assert cli.run(film.main, [*request, "--fps", "1", "--out", str(small_run / "a.mp4")]) == 0
-    card = read_json(small_run / "a.run_card.json")
+def test_film_of_a_run(run):
+    request = ["--run", str(run), "--demo", "on_off", "--width", "96", "--height", "80"]
+    assert cli.run(film.main, [*request, "--fps", "1", "--out", str(run / "a.mp4")]) == 0
+    card = read_json(run / "a.run_card.json")
     assert card["frames"] == 12 and card["seed"] == 7
     stills = []
     for time in ("0", "11"):
-        out = small_run / f"{time}.png"
+        out = run / f"{time}.png"
         assert cli.run(film.main, [*request, "--at", time, "--out", str(out)]) == 0
         stills.append(np.asarray(Image.open(out)))
     assert stills[0].shape == (80, 96, 3) and not np.array_equal(*stills)
-    assert cli.run(film.main, [*request, "--at", "99", "--out", str(small_run / "b.png")]) == 2
+    assert cli.run(film.main, [*request, "--at", "99", "--out", str(run / "b.png")]) == 2
 
 
-def test_body_that_does_not_fit_the_rollout_is_refused(small_run):
-    record(small_run)
-    with pytest.raises(UserError, match="1 degrees of freedom and 1 muscles, the rollout 7 and 29"):
-        load_body(small_run, read_rollout(small_run, "on_off"))
+def test_camera_stands_where_it_is_asked_to(run):
+    request = ["--run", str(run), "--demo", "on_off", "--width", "96", "--height", "80"]
+    for azimuth in ("10", "100"):
+        assert cli.run(film.main, [*request, "--azimuth", azimuth, "--out", str(run / f"{azimuth}.png")]) == 0
+    assert (run / "10.png").read_bytes() != (run / "100.png").read_bytes()
 
 
 def pictures(count=6, width=64, height=48):
@@ -105,45 +56,63 @@ def pictures(count=6, width=64, height=48):
     return [np.broadcast_to((ramp + 9 * i) % 256, (height, width, 3)).astype(np.uint8) for i in range(count)]
 
 
-def test_rollout_at_other_times(tmp_path):
-    record(tmp_path)
-    rollout = read_rollout(tmp_path, "on_off")
-    assert rollout.seed == 7 and np.allclose(rollout.switches(), [3, 7])
-    now = rollout.at(np.array([0.05, 2.95, 3.05, 99.0]))
-    assert now.qpos[0, 0] == pytest.approx(0.5 / 119)
-    assert now.controller_on.tolist() == [True, True, False, True]
+def test_six_moments_in_order(run):
+    rollout = read_rollout(run, "on_off")
+    for series in (rollout.effector[:, 0, 2], -rollout.effector[:, 0, 2]):
+        times = moments(rollout, series)
+        assert np.all(np.diff(times) > 0)
+        assert rollout.at(times).controller_on.tolist() == [True, False, False, False, True, True]
 
 
-@pytest.mark.parametrize(
-    "changes, word",
-    [({"time": np.arange(5.0)}, "length"), ({"qpos": np.full((120, 7), np.nan)}, "qpos")],
-)
-def test_bad_rollouts_are_refused_by_name(tmp_path, changes, word):
-    record(tmp_path, **changes)
-    with pytest.raises(UserError, match=rf"rollout\.h5.*{word}"):
-        read_rollout(tmp_path, "on_off")
-
-
-def test_six_moments_in_order(tmp_path):
-    record(tmp_path)
-    rollout = read_rollout(tmp_path, "on_off")
-    times = fig21_arm_on_off.moments(rollout)
-    assert np.all(np.diff(times) > 0)
-    assert rollout.at(times).controller_on.tolist() == [True, False, False, False, True, True]
-
-
-def test_moments_need_the_controller_switched(tmp_path):
-    record(tmp_path, controller_on=np.ones(120))
+def test_moments_need_the_controller_switched(run):
+    record(run, controller_on=np.ones(120))
+    rollout = read_rollout(run, "on_off")
     with pytest.raises(UserError, match="not turned off"):
-        fig21_arm_on_off.moments(read_rollout(tmp_path, "on_off"))
+        moments(rollout, rollout.effector[:, 0, 2])
+
+
+def test_a_strip_shows_its_frames_side_by_side_under_labels(run):
+    image = strip(run, "on_off", [0.0, 4.0, 11.0], 60, 80)
+    assert image.shape == (80, 3 * 60 + 2 * GAP, 3)
+    cut = [image[:, left : left + 60] for left in (0, 60 + GAP, 120 + 2 * GAP)]
+    assert (image[:, 60 : 60 + GAP] == 255).all()
+    assert not np.array_equal(cut[0], cut[1]) and not np.array_equal(cut[1], cut[2])
+    record(run, "reach", controller_on=np.ones(120))
+    unswitched = strip(run, "reach", [0.0, 4.0, 11.0], 60, 80)
+    assert np.array_equal(unswitched[7:], image[7:]) and not np.array_equal(unswitched[:7], image[:7])
+
+
+def test_figures_of_arm_and_neck_turned_off_and_on(run):
+    record(run, "neck_on_off", direction=np.zeros((120, 2)))
+    time = np.arange(120) * 0.1
+    droop = np.where((time >= 3) & (time < 7), np.clip(time - 3, 0, 1), np.clip(8 - time, 0, 1) * (time >= 7))
+    record(run, "neck_on_off", limbs="neck_seated", direction=np.stack([0 * droop, droop], axis=1))
+    for script in (fig20_neck_on_off, fig21_arm_on_off):
+        out = run / f"{script.DEMO}.png"
+        assert cli.run(script.main, ["--run", str(run), "--out", str(out)]) == 0
+        assert Image.open(out).width == 2100
+
+
+def test_neck_without_the_heads_direction_is_one_line(run, capsys):
+    record(run, "neck_on_off")
+    assert cli.run(fig20_neck_on_off.main, ["--run", str(run), "--out", str(run / "a.png")]) == 2
+    assert "direction" in capsys.readouterr().err
 
 
 def test_caption_adds_a_strip_and_tells_on_from_off():
     height = strip_height(120)
     assert height % 2 == 0
     picture = np.zeros((120 - height, 160, 3), np.uint8)
-    on, off = (caption(picture, 1.5, state, height) for state in (True, False))
+    on, off = (caption(picture, 1.5, state, height, {}) for state in (True, False))
     assert on.shape == (120, 160, 3) and not np.array_equal(on, off)
+
+
+def test_caption_explains_colours_where_there_is_room():
+    words = legend(["left_arm"])
+    wide, narrow = np.zeros((350, 640, 3), np.uint8), np.zeros((350, 200, 3), np.uint8)
+    strips = [caption(picture, 1.5, True, 34, words)[350:] for picture in (wide, narrow)]
+    colourful = [(np.ptp(band.astype(int), axis=2) > 100).any() for band in strips]
+    assert colourful == [True, False]
 
 
 def test_video_is_reproducible_and_plays_everywhere(tmp_path):
@@ -176,6 +145,7 @@ def test_picture_is_written_as_png(tmp_path):
     "main, extra",
     [
         (film.main, ["--demo", "on_off", "--out", "a.mp4"]),
+        (fig20_neck_on_off.main, ["--out", "a.png"]),
         (fig21_arm_on_off.main, ["--out", "a.png"]),
         (reach_error.main, ["--out", "a.png"]),
     ],
@@ -204,25 +174,25 @@ def reach(run, demo, *whose, targets=8):
     for who in whose:
         columns[f"errors_{who}"] = 0.3 * np.exp(-5 * time) + random.uniform(0, 0.05, (targets, 1))
         columns[f"success_{who}"] = columns[f"errors_{who}"][:, -1] < 0.03
-        columns[f"errors_{who}_no_reflex"] = columns[f"errors_{who}"] * 1.5
+        columns["errors_no_reflex"] = columns[f"errors_{who}"][:4] * 1.5
     write_shard(run / "demos" / demo / "rollout.h5", columns)
 
 
 def test_reach_error_draws_whatever_controllers_it_finds(tmp_path):
-    reach(tmp_path, "reach", "teacher", "paper")
+    reach(tmp_path, "reach_right_arm_paper", "teacher", "paper")
     for name in ("a.png", "b.png"):
         reach_error.main(["--run", str(tmp_path), "--out", str(tmp_path / name)])
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_reach_error_joins_the_demos_of_one_set_of_targets(tmp_path):
-    reach(tmp_path, "reach_paper", "teacher", "paper")
-    reach(tmp_path, "reach_proprioceptive", "teacher", "proprioceptive")
+    reach(tmp_path, "reach_right_arm_paper", "teacher", "paper")
+    reach(tmp_path, "reach_right_arm_proprioceptive", "teacher", "proprioceptive")
     assert list(reach_error.read(tmp_path)[2]) == ["teacher", "proprioceptive", "paper"]
-    reach(tmp_path, "reach_paper", "paper", targets=9)
-    with pytest.raises(UserError, match="reach_paper.*same targets"):
+    reach(tmp_path, "reach_right_arm_paper", "paper", targets=9)
+    with pytest.raises(UserError, match="reach_right_arm_paper.*same targets"):
         reach_error.read(tmp_path)
-    reach(tmp_path, "reach_paper")
-    reach(tmp_path, "reach_proprioceptive")
+    reach(tmp_path, "reach_right_arm_paper")
+    reach(tmp_path, "reach_right_arm_proprioceptive")
     with pytest.raises(UserError, match="errors_<controller>"):
         reach_error.read(tmp_path)

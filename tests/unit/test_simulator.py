@@ -181,6 +181,39 @@ def test_moment_arms_are_the_negative_slopes_and_hinges_are_views(arm):
     assert np.shares_memory(simulator.joint_velocities, simulator.qvel)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_torques_of_muscles_are_the_jacobians_products(arm, seed):
+    """Each muscle alone, some of them, all; rows in any order, some left out."""
+    rng, simulator = np.random.default_rng(seed), arm.simulator()
+    simulator.reset(random_pose(arm, rng, 0.7), rng.normal(size=7))
+    path, tension = simulator.jacobian, rng.uniform(0.0, 500.0, 29)
+    np.testing.assert_allclose(simulator.muscle_torque(tension), -path.T @ tension, atol=1e-12)
+    chosen = rng.permutation(29)[:11]
+    place = np.array([2, -1, 0, -1, 3, 1, -1])
+    matrix = simulator.torque_matrix(chosen, place, tension[chosen])
+    wanted = -(path[chosen] * tension[chosen, None]).T[[2, 5, 0, 4]]
+    assert matrix.shape == (4, 11)
+    np.testing.assert_allclose(matrix, wanted, atol=1e-12)
+
+
+def test_a_push_at_an_effector_is_the_force_times_its_way(arm):
+    """Virtual work: applied torque along a joint is F . dp/dq, by finite differences."""
+    rng, simulator, small = np.random.default_rng(1), arm.simulator(), 1e-6
+    pose, force = random_pose(arm, rng, 0.7), np.array([3.0, -4.0, 12.0])
+    slopes = []
+    for joint in range(7):
+        ends = []
+        for sign in (-1.0, 1.0):
+            moved = pose.copy()
+            moved[joint] += sign * small
+            simulator.reset(moved)
+            ends.append(simulator.effector_position("finger_r"))
+        slopes.append((ends[1] - ends[0]) / (2.0 * small))
+    simulator.reset(pose)
+    simulator.push(force, "finger_r")
+    np.testing.assert_allclose(simulator._applied, np.array(slopes) @ force, atol=1e-6)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_strain_rate_is_the_strains_slope(arm, seed):
     rng = np.random.default_rng(seed)
@@ -263,12 +296,12 @@ def test_a_step_is_equation_7_of_the_paper(arm, seed):
 
 def test_a_push_accelerates_the_hand_along_it(arm):
     still, pushed = Simulator(slack_arm(arm), 1e-4), Simulator(slack_arm(arm), 1e-4)
-    pushed.push((0.0, 0.0, 20.0))
+    pushed.push((0.0, 0.0, 20.0), "hand_r")
     for simulator in (still, pushed):
         for _ in range(50):
             simulator.step(OFF)
-    assert pushed.hand_position[2] > still.hand_position[2]
-    pushed.push((0.0, 0.0, 0.0))
+    assert pushed.effector_position("hand_r")[2] > still.effector_position("hand_r")[2]
+    pushed.push((0.0, 0.0, 0.0), "hand_r")
     pushed.reset(arm.q_rest)
     still.reset(arm.q_rest)
     still.step(OFF)
@@ -301,9 +334,9 @@ def test_time_and_hand_are_reported(arm):
     for _ in range(10):
         simulator.step(OFF)
     assert simulator.time == pytest.approx(0.07)
-    place = simulator.hand_position
+    place = simulator.effector_position("hand_r")
     place[:] = 0.0
-    assert simulator.hand_position.any()
+    assert simulator.effector_position("hand_r").any()
 
 
 def test_simulation_is_much_faster_than_real_time(arm):

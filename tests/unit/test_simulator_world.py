@@ -6,8 +6,10 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from anthro.body import Body
+from anthro.body import Body, wrapping
 from anthro.body import simulator as simulation
 from anthro.body.contact import Seat, World
 from anthro.body.model import Contacts
@@ -48,6 +50,7 @@ def as_body(spec, muscles=0, ligaments=(), contacts=(), surfaces="ground seat", 
         "name": "small",
         "model": model,
         "dof_names": tuple(hinges),
+        "dof_regions": ("core",) * len(hinges),
         "q_rest": np.zeros(len(hinges)),
         "q_range": np.tile([-0.6, 0.6], (len(hinges), 1)),
         "joint_stiffness": np.full(len(hinges), 2.0),
@@ -68,7 +71,7 @@ def as_body(spec, muscles=0, ligaments=(), contacts=(), surfaces="ground seat", 
             np.full(len(contacts), 0.01),
             (frozenset(surfaces.split()),) * len(contacts),
         ),
-        "hand_site": None,
+        "effectors": {},
         "root_free": bool((model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()),
     }
     return Body(**fields | changes)
@@ -298,7 +301,73 @@ def test_rows_hold_only_joints_that_change_a_length(column):
     assert np.diff(paths.start).max() == 9 and np.diff(paths.start).min() == 3
 
 
+@given(
+    st.floats(-1.0, 1.0).map(lambda x: 10.0 ** (-8.0 + 5.0 * abs(x))),
+    st.floats(0.002, 0.05),
+    st.floats(1.05, 4.0),
+    st.floats(1.05, 4.0),
+)
+def test_a_string_inside_of_a_wrap_leaves_it_without_a_leap(gap, radius, first, second):
+    """A line that all but touches the circle from outside is hardly longer by way of the circle."""
+    far = radius * (1.0 + gap)
+    a, b = (far, -radius * np.sqrt(first**2 - 1.0), 0.0), (far, radius * np.sqrt(second**2 - 1.0), 0.0)
+    centre, frame = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    length, come, leave = wrapping.wrap(a, b, centre, True, centre, frame, radius, True)
+    assert length == 0.0 and come == leave and np.hypot(*come[:2]) == pytest.approx(radius)
+    straight = np.linalg.norm(np.subtract(b, a))
+    by_way = np.linalg.norm(np.subtract(come, a)) + np.linalg.norm(np.subtract(b, come))
+    assert (
+        straight <= by_way + 1e-15
+        and by_way - straight < 5.0 * gap * radius / (first - 1.0) / (second - 1.0) + 1e-6 * radius
+    )
+
+
 # Ligaments and joint springs
+
+
+def ligament_energy(simulator):
+    """Elastic energy of the ligaments by their tables, J."""
+    body = simulator.body
+    low, high = body.ligament_slack.T
+    length = simulator.data.ten_length[body.muscle_count :]
+    return 0.5 * body.ligament_stiffness @ np.square(length - np.clip(length, low, high))
+
+
+def shifted(simulator, qpos, velocity, amount):
+    """Pose (nq,) turned or moved along one velocity."""
+    direction, moved = np.zeros(simulator.model.nv), qpos.copy()
+    direction[velocity] = 1.0
+    mujoco.mj_integratePos(simulator.model, moved, direction, amount)
+    return moved
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_torques_of_ligaments_are_the_slopes_of_their_energy(column, seed):
+    rng, simulator, small = np.random.default_rng(seed), column.simulator(), 1e-6
+    qpos, wanted = random_pose(column, rng), []
+    for velocity in range(simulator.model.nv):
+        energies = []
+        for sign in (-1.0, 1.0):
+            simulator.reset(shifted(simulator, qpos, velocity, sign * small))
+            energies.append(ligament_energy(simulator))
+        wanted.append((energies[0] - energies[1]) / (2.0 * small))
+    simulator.reset(qpos)
+    assert np.abs(wanted).max() > 1.0
+    np.testing.assert_allclose(simulator.ligament_torque(), wanted, rtol=1e-5, atol=1e-4)
+
+
+def test_stiffness_of_ligaments_by_hand(column):
+    """J^T diag(k) J of the taut ones: a strut always, a cord beyond its length alone."""
+    simulator = column.simulator()
+    for bend, taut in ((-0.1, [1.0, 1.0]), (0.1, [1.0, 0.0])):
+        pose = simulator.qpos.copy()
+        pose[7:] = 0.0
+        pose[7 + column.dof_names.index("lateral2")] = bend
+        simulator.reset(pose)
+        slopes = simulator._paths.dense(12, 15)[10:]
+        wanted = slopes.T @ np.diag(2e4 * np.array(taut)) @ slopes
+        np.testing.assert_allclose(simulator.ligament_stiffness(np.arange(15)), wanted, atol=1e-9)
+        np.testing.assert_allclose(simulator.ligament_stiffness(np.array([9, 7])), wanted[[9, 7]], atol=1e-9)
 
 
 def test_a_strut_pushes_and_pulls_and_a_cord_only_pulls(column):
@@ -332,7 +401,7 @@ def test_a_ligament_carries_a_weight(cord):
 def test_a_joint_spring_bears_a_torque(statue):
     fixed = replace(statue, joint_stiffness=np.array([10.0]))
     simulator = Simulator(fixed, 0.005, World())
-    simulator.push((2.0, 0.0, 0.0), bone="head")
+    simulator.push((2.0, 0.0, 0.0), "head")
     run(simulator, 4.0)
     lever = simulator.data.xipos[2] - simulator.data.xpos[2]
     torque = 2.0 * lever[2] + 9.81 * lever[0]
@@ -340,14 +409,12 @@ def test_a_joint_spring_bears_a_torque(statue):
     assert simulator.joint_torque()[0] == pytest.approx(-torque, rel=0.02)
 
 
-def test_an_unknown_bone_or_a_missing_hand_is_refused(statue):
+def test_an_unknown_bone_or_a_missing_effector_is_refused(statue):
     simulator = statue.simulator()
-    with pytest.raises(UserError, match="no bone 'tail'"):
-        simulator.push((1.0, 0.0, 0.0), bone="tail")
-    with pytest.raises(UserError, match="no hand"):
-        simulator.push((1.0, 0.0, 0.0))
-    with pytest.raises(UserError, match="no hand"):
-        _ = simulator.hand_position
+    with pytest.raises(UserError, match="no bone or effector 'tail'"):
+        simulator.push((1.0, 0.0, 0.0), "tail")
+    with pytest.raises(UserError, match="no effector 'hand_r'; it has: none"):
+        simulator.effector_position("hand_r")
 
 
 # Contact
@@ -393,7 +460,7 @@ def test_friction_holds_below_coulombs_limit_and_slips_above(sled, share):
     world = World(friction=0.5)
     simulator = run(Simulator(sled, 0.005, world), 2.0)
     pushed = share * 0.5 * MASS * 9.81
-    simulator.push((0.0, pushed, 0.0), bone="trunk")
+    simulator.push((0.0, pushed, 0.0), "trunk")
     run(simulator, 0.5)
     force, speed = simulator.contact_force(), simulator.qvel[1]
     within = np.hypot(force[:, 0], force[:, 1]) <= 0.5 * force[:, 2] * 1.0001
@@ -522,8 +589,8 @@ def save(body, folder):
     low, high = body.q_range.T
     slack = body.ligament_slack.T
     tables = {
-        "joints": ("joint,min,max,rest,stiffness,damping", body.dof_names, low, high, body.q_rest)
-        + (body.joint_stiffness, body.joint_damping),
+        "joints": ("joint,region,min,max,rest,stiffness,damping", body.dof_names, body.dof_regions, low, high)
+        + (body.q_rest, body.joint_stiffness, body.joint_damping),
         "muscles": ("muscle,region,group,max_force,slack_length,tendon_length", body.muscle_names)
         + (body.muscle_regions, body.muscle_groups, body.max_force, body.slack_length, body.tendon_length),
         "ligaments": ("ligament,stiffness,damping,slack_low,slack_high", body.ligament_names)
@@ -543,7 +610,7 @@ def save(body, folder):
 def test_a_saved_body_comes_back(which, tmp_path, request):
     body = request.getfixturevalue(which)
     loaded = Body.load(save(body, tmp_path / "small"))
-    assert loaded.root_free and loaded.hand_site is None and loaded.contacts.names == body.contacts.names
+    assert loaded.root_free and loaded.effectors == {} and loaded.contacts.names == body.contacts.names
     assert loaded.contacts.surfaces == body.contacts.surfaces and loaded.ligament_names == body.ligament_names
     np.testing.assert_array_equal(loaded.ligament_slack, body.ligament_slack)
     ends = [run(Simulator(each, 0.005, World()), 0.1).qpos.tobytes() for each in (body, loaded)]
@@ -557,7 +624,7 @@ def test_a_saved_body_comes_back(which, tmp_path, request):
         ("contacts", "0,0.01", "9,0.01", "no site contact_9"),
         ("contacts", "0.01", "thick", "thick"),
         ("joints", "stiffness", "stiff", "column stiffness is missing"),
-        ("joints", "nod", "nod,0,0,0,0,0\nnod", "disagree"),
+        ("joints", "nod", "nod,core,0,0,0,0,0\nnod", "disagree"),
         ("ligaments", "slack_low", "low", "column slack_low is missing"),
     ],
 )

@@ -1,81 +1,17 @@
-"""The teacher's parts: accelerations, inverse dynamics, the reflex, and the labels."""
+"""The teacher's parts: the reflex, holding drives, and the labels."""
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from anthro.body.simulator import LIMIT_STIFFNESS, Simulator
 from anthro.errors import UserError
 from anthro.motor import reflex
-from anthro.motor.dynamics import effort_problem, pose_acceleration, required_torque
-from anthro.motor.effort import minimal_effort
-from anthro.motor.rollouts import random_pose
-from anthro.motor.teacher import STATIC_DRIVE_RANGE, Gains, StaticPosture, Teacher, TeacherPolicy
+from anthro.motor.dynamics import effort_problem
+from anthro.motor.limb import SLACK
+from anthro.motor.teacher import Gains, StaticPosture, Teacher, TeacherPolicy
 
 STEP = 0.005
-
-
-# -- accelerations and inverse dynamics (Eq. 7) -----------------------------------------------------
-
-
-def test_pd_acceleration_by_hand():
-    """h = gamma = 0.1: k_p = 2 * 0.9 / 0.01 = 180, k_d = 20; 180 * 0.1 - 20 * 0.5 = 8."""
-    found = pose_acceleration(np.array([0.2, 0.0]), np.array([0.5, 0.0]), np.array([0.3, 0.0]))
-    np.testing.assert_allclose(found, [8.0, 0.0])
-    moving = pose_acceleration(0.0, 0.0, 0.0, goal_velocity=1.0)
-    assert moving == pytest.approx(20.0)
-    assert pose_acceleration(0.0, 0.0, 1.0, step=0.2, reduction=0.5) == pytest.approx(25.0)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_required_torque_is_mujocos_inverse_dynamics(arm, seed):
-    rng = np.random.default_rng(seed)
-    simulator, data = arm.simulator(), mujoco.MjData(arm.model)
-    q, v, acceleration = random_pose(arm, 0.9, rng), rng.normal(0.0, 2.0, 7), rng.normal(0.0, 20.0, 7)
-    simulator.reset(q, v)
-    data.qpos[:], data.qvel[:], data.qacc[:] = q, v, acceleration
-    mujoco.mj_inverse(arm.model, data)
-    np.testing.assert_allclose(required_torque(simulator, acceleration), data.qfrc_inverse, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_inverse_dynamics_inverts_forward_dynamics(arm, seed):
-    """Activations that solve A a = b give the wanted acceleration in a step of 0.1 us."""
-    rng = np.random.default_rng(seed)
-    simulator = Simulator(arm, 1e-7)
-    velocity = rng.normal(0.0, 0.5, 7)
-    simulator.reset(random_pose(arm, 0.5, rng), velocity)
-    wanted = rng.normal(0.0, 1.0, 7)
-    matrix, torque = effort_problem(simulator, wanted)
-    found = minimal_effort(matrix, torque, 0.05)
-    assert found.residual < 1e-4
-    simulator.step(found.activation)
-    np.testing.assert_allclose((simulator.qvel - velocity) / 1e-7, wanted, atol=0.05)
-
-
-def test_inverse_dynamics_sees_the_limit_springs(arm):
-    simulator = arm.simulator()
-    q = arm.q_rest.copy()
-    q[3] = arm.q_range[3, 1] + 0.1
-    simulator.reset(q)
-    beyond = required_torque(simulator, np.zeros(7))
-    gravity = simulator.data.qfrc_bias
-    np.testing.assert_allclose(beyond - gravity, [0, 0, 0, 0.1 * LIMIT_STIFFNESS, 0, 0, 0], atol=1e-9)
-
-
-def test_the_muscle_problem_is_the_muscles_torque(arm):
-    """A a plus the passive torque is what the tensions make."""
-    rng = np.random.default_rng(3)
-    simulator = arm.simulator()
-    simulator.reset(random_pose(arm, 0.7, rng), rng.normal(0.0, 1.0, 7))
-    activation, wanted = rng.random(29), rng.normal(size=7)
-    matrix, torque = effort_problem(simulator, wanted)
-    tension = simulator.muscle_force(activation)
-    passive = required_torque(simulator, wanted) - torque
-    np.testing.assert_allclose(matrix @ activation + passive, -simulator.jacobian.T @ tension, atol=1e-9)
-
 
 # -- the reflex (Eq. 4, 5) and the drive (Eq. 1) ----------------------------------------------------
 
@@ -136,89 +72,171 @@ def test_a_stretched_muscle_contracts(arm):
     assert torque[3] > relaxed[3] + 1.0
 
 
+# -- holding drives ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "share"), [("right_arm", 0.3), ("right_leg", 0.1), ("neck_seated", 0.2)])
+def test_holding_drive_balances_gravity(limb, name, share):
+    its, rng = limb(name), np.random.default_rng(0)
+    statics, simulator, gains = StaticPosture(its, Gains()), its.body.simulator(), Gains()
+    for _ in range(2):
+        angles = its.near(its.body.q_rest[its.driven], share, rng)
+        angles[0] -= 0.35 * (name == "right_leg")  # no muscle lifts a thigh much beyond 85 degrees
+        q = its.with_angles(its.body.q_rest, angles)
+        drive, strain, lacking = statics.drive(q)
+        simulator.reset(statics.place(q))
+        matrix, torque = effort_problem(simulator, its)
+        unmet = np.abs(matrix @ np.clip(drive, 0.0, 1.0) - torque)
+        assert lacking == pytest.approx(unmet[its.slack <= SLACK].max(), abs=1e-3) and lacking < 2.0  # N m
+        assert (drive >= gains.drive_range[0]).all() and (drive <= gains.drive_range[1]).all()
+        assert strain.shape == drive.shape == (its.size,)
+
+
+@pytest.mark.parametrize(("name", "degrees"), [("right_arm", 1.0), ("right_leg", 2.0), ("neck_seated", 2.0)])
+def test_holding_drive_and_reflex_hold_the_pose(limb, name, degrees):
+    """From rest, by the exact stretch reflex about the drive, for half a second."""
+    its, rng = limb(name), np.random.default_rng(5)
+    statics, simulator = StaticPosture(its, Gains(tone=0.1)), its.body.simulator()
+    q = its.with_angles(its.body.q_rest, its.near(its.body.q_rest[its.driven], 0.1, rng))
+    drive, strain, _ = statics.drive(q)
+    start = statics.place(q)
+    limp, held = its.body.simulator(), simulator
+    moved = []
+    for each, is_held in ((limp, False), (held, True)):
+        each.reset(start)
+        for _ in range(100):
+            stretch = reflex.STRAIN_GAIN * (each.strain - strain) + reflex.STRAIN_RATE_GAIN * each.strain_rate
+            each.step(is_held * reflex.activation(drive + stretch))
+        moved.append(np.rad2deg(np.abs(each.joint_angles - start)[its.driven]).max())
+    assert moved[1] < degrees < 0.3 * moved[0]
+
+
+def test_angles_beyond_the_ranges_count_as_the_nearest_within(limb):
+    its = limb("right_arm")
+    statics, far = StaticPosture(its, Gains()), its.body.q_rest.copy()
+    far[3] = its.high[3]
+    drive, strain, _ = statics.drive(far)
+    far[3] += 0.3
+    for found, wanted in zip(statics.drive(far)[:2], (drive, strain), strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_others_load_the_core(limb):
+    """An arm that is pulled needs another drive of the core than a limp one."""
+    its = limb("core")
+    statics, others = StaticPosture(its, Gains()), np.zeros(823)
+    limp = statics.drive(its.body.q_rest)[0]
+    np.testing.assert_allclose(statics.drive(its.body.q_rest, others)[0], limp, atol=1e-3)
+    others[its.body.muscle_names.index("DELT1_r")] = 1.0
+    assert np.abs(statics.drive(its.body.q_rest, others)[0] - limp).max() > 0.05
+
+
 # -- labels -----------------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def teacher(arm):
-    return Teacher(arm, STEP)
+def teacher(limb):
+    return Teacher(limb("right_arm"), STEP)
 
 
-def targets(arm, teacher, count, seed):
+def targets(teacher, count, seed, share=0.7):
     rng = np.random.default_rng(seed)
-    return [teacher.kinematics.hand(random_pose(arm, 0.7, rng)) for _ in range(count)]
+    return [teacher.kinematics.feature(teacher.limb.random_pose(share, rng)) for _ in range(count)]
 
 
-def test_holding_state_balances_gravity(arm):
-    statics = StaticPosture(arm, Gains())
-    for q in (arm.q_rest, arm.q_rest + 0.1):
-        drive, strain, residual = statics.drive(q)
-        matrix, torque = statics.problem(q)
-        unmet = matrix @ np.clip(drive, 0.0, 1.0) - torque
-        assert residual < 0.1 and np.abs(unmet).max() < 0.1  # N m
-        assert (drive >= STATIC_DRIVE_RANGE[0]).all() and (drive <= STATIC_DRIVE_RANGE[1]).all()
-        assert strain.shape == drive.shape == (29,)
-
-
-def test_a_held_target_needs_no_adjustment(arm, teacher):
-    simulator = arm.simulator()
-    for target in targets(arm, teacher, 5, seed=2):
+@pytest.mark.parametrize("name", ["right_arm", "right_leg", "neck_seated"])
+def test_a_held_target_needs_no_adjustment(limb, name):
+    teacher = Teacher(limb(name), STEP)
+    simulator = teacher.limb.body.simulator()
+    for target in targets(teacher, 3, seed=2, share=0.5):
         pose = teacher.aim(target)
-        simulator.reset(pose.q)
-        label = teacher.voluntary(simulator, teacher.holding_state(pose.q)[0])
-        assert np.abs(label).max() < 1e-6
+        q = teacher.settled(teacher.limb.with_angles(teacher.limb.body.q_rest, pose.q))
+        simulator.reset(q)
+        label = teacher.voluntary(simulator, teacher.holding_state(q)[0])
+        assert np.abs(label).max() < 5e-3
 
 
 def test_the_label_draws_the_drive_to_the_holding_drive(arm, teacher):
     """leak_rate 8 / s times 5 ms: 4 % of what is missing a step."""
     simulator = arm.simulator()
-    pose = teacher.aim(targets(arm, teacher, 1, seed=2)[0])
+    pose = teacher.aim(targets(teacher, 1, seed=2)[0])
     simulator.reset(pose.q)
     missing = np.linspace(-0.5, 0.5, 29)
     label = teacher.voluntary(simulator, teacher.holding_state(pose.q)[0] - missing)
     np.testing.assert_allclose(label, 0.04 * missing, atol=1e-6)
 
 
-def test_the_label_is_bounded_and_of_pose_target_and_drive_alone(arm):
+def test_the_label_is_the_thresholds_way_of_one_stride(limb):
+    """By hand: a_s - k_p e of a pose one stride nearer, less that of the present one; no leak."""
+    its = limb("right_arm")
+    gains = Gains(approach_rate=4.0, max_joint_speed=1.0, leak_rate=0.0, max_adjustment=9.0)
+    teacher, statics, simulator = Teacher(its, STEP, gains), StaticPosture(its, gains), its.body.simulator()
+    here = its.body.q_rest + 0.05
+    for far, stride in ((0.4, 1.0 * STEP), (0.01, 4.0 * STEP * 0.01)):
+        goal = here.copy()
+        goal[:3] += far * np.array([1.0, -0.5, 0.25])
+        teacher.aim_at(None, teacher.kinematics.solve(teacher.kinematics.feature(goal))._replace(q=goal))
+        ahead = here + (goal - here) * stride / far
+        ends = [statics.drive(q)[:2] for q in (here, ahead)]
+        threshold = [drive - 8.0 * strain for drive, strain in ends]
+        simulator.reset(here)
+        label = teacher.voluntary(simulator, np.full(29, 0.3))
+        np.testing.assert_allclose(label, threshold[1] - threshold[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["right_arm", "right_leg"])
+def test_the_label_is_bounded_and_of_pose_target_and_drive_alone(limb, name):
     """Neither velocity nor what was asked before changes it, so that a network can learn it."""
-    simulator, rng = arm.simulator(), np.random.default_rng(4)
-    teacher, fresh = Teacher(arm, STEP), Teacher(arm, STEP)
-    for target in targets(arm, teacher, 6, seed=5):
-        q, drive = random_pose(arm, 0.7, rng), rng.uniform(-1.0, 1.0, 29)
+    its, rng = limb(name), np.random.default_rng(4)
+    simulator, teacher, fresh = its.body.simulator(), Teacher(its, STEP), Teacher(its, STEP)
+    exact = not len(its.passive)
+    for target in targets(teacher, 4, seed=5, share=0.5):
+        q = teacher.settled(its.with_angles(its.body.q_rest, its.random_pose(0.7, rng)))
+        drive = rng.uniform(-1.0, 1.0, its.size)
         teacher.aim(target)
-        simulator.reset(q, rng.normal(0.0, 1.0, 7))
+        simulator.reset(q, rng.normal(0.0, 1.0, len(q)))
         label = teacher.voluntary(simulator, drive)
         assert np.abs(label).max() <= Gains().max_adjustment
         fresh.aim(target)
         simulator.reset(q)
-        np.testing.assert_allclose(fresh.voluntary(simulator, drive), label, atol=1e-6)
+        np.testing.assert_allclose(fresh.voluntary(simulator, drive), label, atol=1e-6 if exact else 5e-3)
 
 
-def test_appendix_b_labels_by_hand(arm):
+def test_mirrored_limbs_have_mirrored_labels(limb):
+    """The left arm's teacher says in the mirror what the right one's says."""
+    labels = []
+    for name, y in (("right_arm", -0.25), ("left_arm", 0.25)):
+        teacher = Teacher(limb(name), STEP)
+        simulator = teacher.limb.body.simulator()
+        teacher.aim(np.array([0.3, y, 1.2]))
+        labels.append(teacher.voluntary(simulator, np.full(29, 0.1)))
+    np.testing.assert_allclose(labels[1], labels[0], atol=1e-4)
+
+
+def test_appendix_b_labels_by_hand(limb):
     """a_d - a: the label plus the activation gives the accelerations of Eq. 7 back."""
-    teacher = Teacher(arm, STEP, rule="appendix_b")
-    simulator = arm.simulator()
-    near = arm.q_rest + 0.01
-    pose = teacher.aim(teacher.kinematics.hand(near))
+    its = limb("right_arm")
+    teacher, simulator = Teacher(its, STEP, rule="appendix_b"), its.body.simulator()
+    pose = teacher.aim(teacher.kinematics.feature(its.body.q_rest + 0.01))
     drive = np.linspace(-0.5, 1.5, 29)
     wished = teacher.voluntary(simulator, drive) + np.clip(drive, 0.0, 1.0)
     assert (wished >= 0.0).all() and (wished <= 1.0).all()
     wanted = 180.0 * (pose.q - simulator.qpos) - 20.0 * simulator.qvel
-    matrix, torque = effort_problem(simulator, wanted)
+    matrix, torque = effort_problem(simulator, its, acceleration=wanted)
     np.testing.assert_allclose(matrix @ wished, torque, atol=0.1)  # N m
 
 
-def test_unknown_rule_is_refused(arm):
+def test_unknown_rule_is_refused(limb):
     with pytest.raises(UserError, match="unknown label rule 'guess': known are equilibrium, appendix_b"):
-        Teacher(arm, STEP, rule="guess")
+        Teacher(limb("right_arm"), STEP, rule="guess")
 
 
-def test_a_target_that_is_no_point_is_refused(arm, teacher):
-    policy = TeacherPolicy(teacher)
-    simulator = arm.simulator()
+@pytest.mark.parametrize("target", [np.array([np.nan, 0.0, 1.0]), np.zeros(2), np.eye(3)])
+def test_a_target_that_is_none_is_refused(arm, teacher, target):
+    policy, simulator = TeacherPolicy(teacher), arm.simulator()
     policy.reset(simulator)
-    with pytest.raises(UserError, match="three finite numbers"):
-        policy.activation(simulator, np.array([np.nan, 0.0, 1.0]))
+    with pytest.raises(UserError, match=r"right_arm: a target is \(3,\) finite numbers"):
+        policy.activation(simulator, target)
 
 
 def test_aiming_happens_once_a_target(arm, teacher, monkeypatch):
@@ -227,7 +245,7 @@ def test_aiming_happens_once_a_target(arm, teacher, monkeypatch):
     monkeypatch.setattr(teacher.kinematics, "solve", lambda target: solved.append(1) or solve(target))
     policy, simulator = TeacherPolicy(teacher), arm.simulator()
     policy.reset(simulator)
-    for target in targets(arm, teacher, 2, seed=7):
+    for target in targets(teacher, 2, seed=7):
         for _ in range(5):
             simulator.step(policy.activation(simulator, target))
     assert len(solved) == 2

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from anthro import cli
-from anthro.demos.choose import better, main
+from anthro.demos.choose import main
 from anthro.errors import UserError
 from anthro.files import read_json, write_json
 from anthro.launch import take_lock
@@ -64,19 +64,19 @@ def test_a_run_has_one_owner_and_a_killed_owner_leaves_no_lock(tmp_path):
     assert take_lock(lock) >= 0
 
 
-def reach(inputs, rate, error):
-    return {"inputs": inputs, "success_rate": rate, "median_error_m": error}
+def task(limb, inputs, rate, error, unit="m"):
+    return {"limb": limb, "inputs": inputs, "success_rate": rate, f"median_error_{unit}": error}
 
 
-def test_demos_use_the_inputs_that_reach_better(tmp_path):
-    assert better([reach("paper", 0.8, 0.01), reach("proprioceptive", 0.9, 0.02)]) == "proprioceptive"
-    assert better([reach("paper", 0.9, 0.01), reach("proprioceptive", 0.9, 0.02)]) == "paper"
-    names = [str(tmp_path / name) for name in ("a.json", "b.json")]
-    write_json(names[0], reach("paper", 0.9, 0.01))
-    write_json(names[1], reach("proprioceptive", 0.1, 0.3))
+def test_demos_use_the_inputs_that_do_a_limbs_task_better(tmp_path):
+    arm = [task("right_arm", "paper", 0.8, 0.01), task("right_arm", "proprioceptive", 0.9, 0.02)]
+    head = [task("neck", "paper", 0.9, 1.0, "deg"), task("neck", "proprioceptive", 0.9, 2.0, "deg")]
+    names = [str(tmp_path / f"{number}.json") for number in range(4)]
+    for name, metrics in zip(names, (*arm, *head), strict=True):
+        write_json(name, metrics)
     out = tmp_path / "demos" / "choice.json"
     assert cli.run(main, ["--metrics", *names, "--out", str(out)]) == 0
-    assert read_json(out) == {"inputs": "paper"}
+    assert read_json(out) == {"right_arm": "proprioceptive", "neck": "paper"}
 
 
 def pins(lines):

@@ -16,7 +16,6 @@ use rule train as ablate with:
         "results/{run}/benchmarks/ablations/{table}/{row}.tsv"
     params:
         folder=subpath(output.weights, parent=True),
-        initial="",
         state="results/{run}/state/ablations/{table}/{row}",
 
 
@@ -27,7 +26,7 @@ rule findings:
             f"results/{{run}}/ablations/{table}/{row}/{part}"
             for table in registry.ABLATIONS
             for row in settings["ablations"][table]
-            for part in TRAINED[1:]
+            for part in PARTS[1:]
         ],
     output:
         "results/{run}/ablations/rows.json",

@@ -5,6 +5,7 @@ rule body:
     input:
         code=source_files("anthro.body.build"),
         tables=lambda wildcards: tables_of(wildcards.body),
+        fibers=fibers_of,
     output:
         model="results/{run}/body/{body}/model.mjb",
         muscles="results/{run}/body/{body}/muscles.csv",
@@ -22,9 +23,11 @@ rule body:
     threads: 1
     params:
         seed=settings["seed"],
+        fibers=lambda wildcards, input: f"--fibers {Path(input.fibers[0]).parent}" if input.fibers else "",
         folder=subpath(output.model, parent=True),
     shell:
-        "python -m anthro.body.build --body {wildcards.body} --seed {params.seed} --out {params.folder} > {log} 2>&1"
+        "python -m anthro.body.build --body {wildcards.body} --seed {params.seed} {params.fibers}"
+        " --out {params.folder} > {log} 2>&1"
 
 
 rule body_check:

@@ -4,13 +4,27 @@
 # package (anthro.sources), so that an edit reruns what depends on it and nothing else.
 
 
-TRAINED = ("weights.h5", "loss.csv", "run_card.json")
+PARTS = ("weights.h5", "loss.csv", "run_card.json")  # what a training leaves
+MIRRORED = registry.mirrored_nets(settings["left_limbs"])  # nets that are not trained, and where they come from
+TRAINED = [net for net in registry.NETS if net not in MIRRORED]
+DATASETS = sorted({settings["nets"][net]["dataset"] for net in TRAINED})
 
 
-def body_of(body):
+def body_of(body, run="{run}"):
     """The parts of a body that later stages read."""
     parts = ("model.mjb", "muscles.csv", "joints.csv", "ligaments.csv", "contacts.csv")
-    return [f"results/{{run}}/body/{body}/{name}" for name in parts]
+    return [f"results/{run}/body/{body}/{name}" for name in parts]
+
+
+def fibers_of(wildcards):
+    """The body whose fibers a body has; nothing for the one that is fitted."""
+    source = BODIES[wildcards.body].fibers_of
+    return body_of(source, wildcards.run) if source else []
+
+
+def training_body(wildcards):
+    """The body on which a limb's data are synthesized."""
+    return body_of(settings["limbs"][wildcards.limb]["body"], wildcards.run)
 
 
 def tables_of(body):
@@ -19,17 +33,23 @@ def tables_of(body):
     return sorted(map(str, [*Path("config/body").glob("*.csv"), *regions]))
 
 
-def rounds_of(net):
-    """Rounds of aggregation of a net: the reflex has one, its data need no student."""
-    return settings["sizes"]["rounds"] if registry.NETS[net].role == "voluntary" else 1
+def rounds_of(dataset):
+    """Rounds of aggregation of a data set: the reflex's has one, it needs no student."""
+    return sizes_of(settings, dataset)["rounds"] if role_of(dataset) == "voluntary" else 1
 
 
 def shards_of(dataset, run, rounds):
     """Shards of a data set's first rounds, oldest first."""
     role = role_of(dataset)
     folders = [f"round{number}/" for number in range(rounds)] if role == "voluntary" else [""]
-    count = settings["sizes"][role]["shards"]
+    count = sizes_of(settings, dataset)[role]["shards"]
     return [f"results/{run}/data/{dataset}/{folder}shard{shard:04d}.h5" for folder in folders for shard in range(count)]
+
+
+def rounds_files(net, name, run="{run}"):
+    """A file of each round of a trained net."""
+    rounds = rounds_of(settings["nets"][net]["dataset"])
+    return [f"results/{run}/nets/{net}/round{number}/{name}" for number in range(rounds)]
 
 
 def students_of(wildcards):
@@ -49,21 +69,17 @@ def reflex_of(wildcards):
     return f"results/{wildcards.run}/nets/{net}/round0/weights.h5" if int(wildcards.round) else []
 
 
-def initial_of(wildcards):
-    """Weights of the round before, from which a round goes on."""
-    before = int(wildcards.round) - 1
-    return f"results/{wildcards.run}/nets/{wildcards.net}/round{before}/weights.h5" if before >= 0 else []
-
-
-def final_nets(limb):
-    """A limb's nets after the last round."""
-    return [f"results/{{run}}/nets/{net}/weights.h5" for net in registry.LIMBS[limb].nets.values()]
+def source_of(wildcards):
+    """What a net is made from: its last round, or the final net of the limb whose mirror image its limb is."""
+    if wildcards.net in MIRRORED:
+        return f"results/{wildcards.run}/nets/{MIRRORED[wildcards.net]}/weights.h5"
+    return rounds_files(wildcards.net, "weights.h5", wildcards.run)[-1]
 
 
 def ablation_shards(wildcards):
     """All rounds of the data set of the net that is varied."""
     dataset = ablation_spec(settings, wildcards.table, wildcards.row)["dataset"]
-    return shards_of(dataset, wildcards.run, settings["sizes"]["rounds"])
+    return shards_of(dataset, wildcards.run, rounds_of(dataset))
 
 
 def content_of(wildcards):
@@ -77,16 +93,35 @@ def content_of(wildcards):
     return canonical(ablation_spec(settings, table, row))
 
 
+def demo_bodies(wildcards):
+    """The bodies that a demo moves."""
+    return [path for body in registry.DEMOS[wildcards.demo].bodies for path in body_of(body, wildcards.run)]
+
+
+def demo_limbs(wildcards):
+    """What a demo reads of its limbs: what they are, and their nets; without the variant that is not asked for."""
+    demo = registry.DEMOS[wildcards.demo]
+    specs = [f"specs/data/{limb}_{role}.json" for limb in demo.limbs for role in ("voluntary", "reflex")]
+    unused = set(registry.INPUTS) - {demo.inputs} if demo.inputs else set()
+    nets = [net for limb in demo.limbs for name, net in registry.LIMBS[limb].nets.items() if name not in unused]
+    return [f"results/{wildcards.run}/{path}" for path in [*specs, *(f"nets/{net}/weights.h5" for net in nets)]]
+
+
+def demo_threads(wildcards):
+    """One core, or all to keep them idle."""
+    return workflow.cores if registry.DEMOS[wildcards.demo].alone else 1
+
+
 def demo_flags(wildcards):
     """What a demo is asked for on its command line."""
     demo = registry.DEMOS[wildcards.demo]
-    flags = [f"--limb {demo.limb}", f"--seed {settings['seed']}"]
+    flags = [demo.options, f"--seed {settings['seed']}"]
     if demo.inputs:
         flags += [f"--inputs {demo.inputs}"]
     targets = settings["sizes"]["demos"].get(demo.module.rpartition(".")[2])
     if targets:
         flags += [f"--targets {targets}"]
-    return " ".join(flags)
+    return " ".join(filter(None, flags))
 
 
 def needs_of(figure):
@@ -97,12 +132,13 @@ def needs_of(figure):
         if stage == "body":
             files += body_of(name)
         elif stage == "nets":
-            files += [f"results/{{run}}/nets/{name}/round{number}/loss.csv" for number in range(rounds_of(name))]
+            files += rounds_files(MIRRORED.get(name, name), "loss.csv")
+            files += [f"results/{{run}}/nets/{name}/weights.h5"]
         elif stage == "demos":
             files += demo_files(name)
         else:
             rows = settings["ablations"][name]
-            files += [f"results/{{run}}/ablations/{name}/{row}/{part}" for row in rows for part in TRAINED[1:]]
+            files += [f"results/{{run}}/ablations/{name}/{row}/{part}" for row in rows for part in PARTS[1:]]
     return files
 
 
@@ -111,7 +147,7 @@ def demo_files(demo):
     parts = ["metrics.json"]
     if demo == "solvers":
         parts += ["solver_comparison.csv"]
-    elif not registry.DEMOS[demo].alone:
+    elif registry.DEMOS[demo].rollout:
         parts += ["rollout.h5"]
     return [f"results/{{run}}/demos/{demo}/{part}" for part in parts]
 
@@ -148,8 +184,10 @@ def figure_sources(figure):
 
 
 def film_flags(figure):
-    """Which rollout a video shows, and its size; nothing for a plot."""
-    if "film" not in figure_told(figure):
+    """Which rollout a video shows, its size, and where the camera stands; nothing for a plot."""
+    told = figure_told(figure)
+    if "film" not in told:
         return ""
     film = settings["sizes"]["film"]
-    return f"--demo {figure_told(figure)['film']} --width {film['width']} --height {film['height']} --fps {film['fps']}"
+    size = f"--demo {told['film']} --width {film['width']} --height {film['height']} --fps {film['fps']}"
+    return f"{size} --azimuth {told['azimuth']}" if "azimuth" in told else size

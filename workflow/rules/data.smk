@@ -5,7 +5,7 @@ rule voluntary_shard:
     input:
         code=source_files("anthro.motor.synthesize"),
         spec="results/{run}/specs/data/{limb}_voluntary.json",
-        body=body_of("{limb}"),
+        body=training_body,
         students=students_of,
         reflex=reflex_of,
     output:
@@ -29,7 +29,7 @@ rule reflex_shard:
     input:
         code=source_files("anthro.motor.synthesize_reflex"),
         spec="results/{run}/specs/data/{limb}_reflex.json",
-        body=body_of("{limb}"),
+        body=training_body,
     output:
         "results/{run}/data/{limb}_reflex/shard{shard}.h5",
     log:

@@ -1,16 +1,16 @@
 # A demo that measures time takes all cores, so that nothing runs beside it, and uses one.
 
-MOVING = [name for name, demo in registry.DEMOS.items() if not demo.alone]
-REACHES = [name for name, demo in registry.DEMOS.items() if demo.inputs]
+MOVING = [name for name, demo in registry.DEMOS.items() if demo.rollout]
+MEASURING = [name for name, demo in registry.DEMOS.items() if not demo.rollout and name != "solvers"]
+CHOICE = [name for name, demo in registry.DEMOS.items() if demo.inputs]
 
 
 rule demo:
     input:
         code=lambda wildcards: source_files(registry.DEMOS[wildcards.demo].module),
-        teacher="results/{run}/specs/data/right_arm_voluntary.json",
-        body=body_of("right_arm"),
-        nets=final_nets("right_arm"),
-        choice=branch(lambda wildcards: wildcards.demo not in REACHES, then="results/{run}/demos/choice.json"),
+        bodies=demo_bodies,
+        limbs=demo_limbs,
+        choice=branch(lambda wildcards: wildcards.demo not in CHOICE, then="results/{run}/demos/choice.json"),
     output:
         rollout="results/{run}/demos/{demo}/rollout.h5",
         metrics="results/{run}/demos/{demo}/metrics.json",
@@ -30,13 +30,24 @@ rule demo:
         flags=demo_flags,
         folder=subpath(output.metrics, parent=True),
     shell:
-        "python -m {params.module} --run results/{wildcards.run} {params.flags} --out {params.folder} > {log} 2>&1"
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m {params.module} --run results/{wildcards.run}"
+        " {params.flags} --out {params.folder} > {log} 2>&1"
+
+
+use rule demo as measurement with:
+    output:
+        metrics="results/{run}/demos/{demo}/metrics.json",
+        rows="results/{run}/demos/{demo}/rows.json",
+        card="results/{run}/demos/{demo}/run_card.json",
+    wildcard_constraints:
+        demo="|".join(MEASURING),
+    threads: demo_threads
 
 
 rule choose_inputs:
     input:
         code=source_files("anthro.demos.choose"),
-        reaches=[f"results/{{run}}/demos/{name}/metrics.json" for name in REACHES],
+        metrics=[f"results/{{run}}/demos/{name}/metrics.json" for name in CHOICE],
     output:
         "results/{run}/demos/choice.json",
     log:
@@ -45,38 +56,13 @@ rule choose_inputs:
     conda:
         "../../environment.yml"
     shell:
-        "python -m anthro.demos.choose --metrics {input.reaches} --out {output} > {log} 2>&1"
-
-
-rule timing:
-    input:
-        code=source_files("anthro.demos.timing"),
-        teacher="results/{run}/specs/data/right_arm_voluntary.json",
-        body=body_of("right_arm"),
-        nets=final_nets("right_arm"),
-    output:
-        metrics="results/{run}/demos/timing/metrics.json",
-        rows="results/{run}/demos/timing/rows.json",
-        card="results/{run}/demos/timing/run_card.json",
-    log:
-        "results/{run}/logs/demos/timing.log",
-    benchmark:
-        "results/{run}/benchmarks/demos/timing.tsv"
-    conda:
-        "../../environment.yml"
-    threads: workflow.cores
-    params:
-        seed=settings["seed"],
-        folder=subpath(output.metrics, parent=True),
-    shell:
-        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.demos.timing --run results/{wildcards.run}"
-        " --limb right_arm --seed {params.seed} --out {params.folder} > {log} 2>&1"
+        "python -m anthro.demos.choose --metrics {input.metrics} --out {output} > {log} 2>&1"
 
 
 rule solvers:
     input:
         code=source_files("anthro.motor.compare_solvers"),
-        body=body_of("right_arm"),
+        body=body_of(*registry.DEMOS["solvers"].bodies),
     output:
         table="results/{run}/demos/solvers/solver_comparison.csv",
         metrics="results/{run}/demos/solvers/metrics.json",

@@ -9,7 +9,6 @@ rule train:
         shards=lambda wildcards: shards_of(
             settings["nets"][wildcards.net]["dataset"], wildcards.run, int(wildcards.round) + 1
         ),
-        initial=initial_of,
     output:
         weights="results/{run}/nets/{net}/round{round}/weights.h5",
         loss="results/{run}/nets/{net}/round{round}/loss.csv",
@@ -25,22 +24,21 @@ rule train:
         gpu=1,
     params:
         folder=subpath(output.weights, parent=True),
-        initial=lambda wildcards, input: f"--initial {input.initial}" if input.initial else "",
         state="results/{run}/state/nets/{net}/round{round}",
     shell:
-        "python -m anthro.learn.train --spec {input.spec} --shards {input.shards} {params.initial}"
+        "python -m anthro.learn.train --spec {input.spec} --shards {input.shards}"
         " --state {params.state} --threads {threads} --out {params.folder} > {log} 2>&1"
 
 
 rule final_net:
     input:
-        lambda wildcards: (
-            f"results/{wildcards.run}/nets/{wildcards.net}/round{rounds_of(wildcards.net) - 1}/weights.h5"
-        ),
+        source_of,
     output:
         "results/{run}/nets/{net}/weights.h5",
     log:
         "results/{run}/logs/nets/{net}/final.log",
+    wildcard_constraints:
+        net="|".join(TRAINED),
     localrule: True
     conda:
         "../../environment.yml"
@@ -48,14 +46,35 @@ rule final_net:
         "cp {input} {output} 2> {log}"
 
 
+# A left limb's muscles come in its twin's order: only the target's offset to the left changes its sign.
+if MIRRORED:
+
+    rule mirror:
+        input:
+            code=source_files("anthro.learn.mirror"),
+            weights=source_of,
+        output:
+            "results/{run}/nets/{net}/weights.h5",
+        log:
+            "results/{run}/logs/nets/{net}/mirror.log",
+        wildcard_constraints:
+            net="|".join(MIRRORED),
+        localrule: True
+        conda:
+            "../../environment.yml"
+        params:
+            signs=branch(
+                lambda wildcards: registry.NETS[wildcards.net].role == "voluntary", then="--offset-signs 1 -1 1"
+            ),
+        shell:
+            "python -m anthro.learn.mirror --weights {input.weights} {params.signs} --name {wildcards.net}"
+            " --out {output} > {log} 2>&1"
+
+
 rule outcome:
     input:
         code=source_files("anthro.learn.outcome"),
-        cards=lambda wildcards: [
-            f"results/{wildcards.run}/nets/{net}/round{number}/run_card.json"
-            for net in registry.NETS
-            for number in range(rounds_of(net))
-        ],
+        cards=[card for net in TRAINED for card in rounds_files(net, "run_card.json")],
     output:
         "results/{run}/nets/rows.json",
     log:
@@ -67,3 +86,23 @@ rule outcome:
     threads: 1
     shell:
         "python -m anthro.learn.outcome --cards {input.cards} --out {output} > {log} 2>&1"
+
+
+rule cost:
+    input:
+        code=source_files("anthro.cost"),
+        sizes="config/scales/paper.yaml",
+        specs=[f"results/{{run}}/specs/data/{name}.json" for name in DATASETS],
+        shards=[shards_of(name, "{run}", 1)[0] for name in DATASETS],
+        cards=[card for net in TRAINED for card in rounds_files(net, "run_card.json")],
+    output:
+        "results/{run}/cost.csv",
+    log:
+        "results/{run}/logs/cost.log",
+    benchmark:
+        "results/{run}/benchmarks/cost.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    shell:
+        "python -m anthro.cost --run results/{wildcards.run} --scale paper --out {output} > {log} 2>&1"

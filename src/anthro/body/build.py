@@ -12,9 +12,10 @@ import numpy as np
 
 from anthro import cli
 from anthro.body.builder import Builder, compose
-from anthro.body.fit import FiberFit, fit_fibers, twins_share
+from anthro.body.fit import FiberFit, fit_fibers, given_fibers, twins_share
 from anthro.body.meshes import MeshLibrary
-from anthro.body.parts import absent_muscles, body_plan, load_parts, twin_name
+from anthro.body.model import Body
+from anthro.body.parts import BODIES, absent_muscles, body_plan, load_effectors, load_parts, twin_name
 from anthro.body.postures import PostureSampler
 from anthro.errors import UserError
 from anthro.files import atomic, write_json
@@ -29,21 +30,26 @@ CM2 = 1e-4
 
 
 def assemble(name: str, tables: Path) -> tuple[Builder, mujoco.MjModel, list]:
-    """Compose and compile the named body; returns the builder, the model and its joints' rows."""
+    """Compose and compile the named body; returns the builder, the model and its joints' rows with their regions."""
     plan = body_plan(name)
     absent, parts = absent_muscles(plan, tables), load_parts(plan, tables)
     known = {muscle.muscle for part in parts for muscle in part.muscles}
     if absent - known:
         raise UserError(f"{tables / plan.absent}: {max(absent - known)} is no muscle")
-    builder = compose(plan, parts, MeshLibrary(tables), absent)
+    builder = compose(plan, parts, MeshLibrary(tables), absent, load_effectors(plan, tables))
     model = builder.compile()
-    rows = {joint.joint: joint for part in parts for joint in part.joints}
+    rows = {joint.joint: (joint, part.name) for part in parts for joint in part.joints}
     hinges = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
     return builder, model, [rows[model.joint(int(j)).name] for j in hinges]
 
 
-def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES) -> FiberFit:
-    """Compose the named body, fit its fibers over ``samples`` postures and write all of it to ``out``."""
+def build(
+    name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES, fibers: Path | None = None
+) -> FiberFit:
+    """Compose the named body and write all of it to ``out``.
+
+    Its fibers are fitted over ``samples`` postures or, where ``fibers`` is the folder of a built body, are that one's.
+    """
     tables, out = Path(tables), Path(out)
     with RunCard(out / "run_card.json", spec={"body": name, "samples": samples}, seed=seed) as card:
         builder, model, joints = assemble(name, tables)
@@ -53,11 +59,14 @@ def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES)
         lengths = np.array([sampler.lengths(posture)[: len(muscles)] for posture in postures])
         twins = twins_share(lengths, [muscle.muscle for muscle in muscles])
         neutral = sampler.lengths(np.zeros(len(joints)))[: len(muscles)]
-        fit = fit_fibers(twins, np.array([muscle.optimal_fiber_length_m for muscle in muscles]), neutral)
+        if fibers is None:
+            fit = fit_fibers(twins, np.array([muscle.optimal_fiber_length_m for muscle in muscles]), neutral)
+        else:
+            fit = given_fibers(twins, *_lengths_of(muscles, fibers))
         out.mkdir(parents=True, exist_ok=True)
         with atomic(out / "model.mjb") as path:
             mujoco.mj_saveModel(model, str(path))
-        _write_rows(out / "joints.csv", [_joint_row(joint, plan.rest_deg) for joint in joints])
+        _write_rows(out / "joints.csv", [_joint_row(joint, region, plan.rest_deg) for joint, region in joints])
         _write_rows(
             out / "muscles.csv",
             [
@@ -78,12 +87,24 @@ def build(name: str, tables: Path, out: Path, seed: int, samples: int = SAMPLES)
     return fit
 
 
-def _joint_row(joint, rest_deg: dict) -> dict:
+def _lengths_of(muscles, folder: Path) -> np.ndarray:
+    """Slack and tendon lengths (2, n) m that the muscles have in a built body."""
+    other = Body.load(folder)
+    place = {name: i for i, name in enumerate(other.muscle_names)}
+    missing = [muscle.muscle for muscle in muscles if muscle.muscle not in place]
+    if missing:
+        raise UserError(f"{folder}: has no muscle {missing[0]}")
+    rows = [place[muscle.muscle] for muscle in muscles]
+    return np.stack([other.slack_length[rows], other.tendon_length[rows]])
+
+
+def _joint_row(joint, region: str, rest_deg: dict) -> dict:
     right = twin_name(joint.joint) if joint.joint.endswith("_l") else joint.joint
     rest = rest_deg.get(right, joint.rest_deg)
     low, high, rest = np.deg2rad([joint.min_deg, joint.max_deg, rest])
     return {
         "joint": joint.joint,
+        "region": region,
         "min": repr(float(low)),
         "max": repr(float(high)),
         "rest": repr(float(rest)),
@@ -150,14 +171,17 @@ def _report(muscles, fit: FiberFit) -> dict:
 
 def main(argv=None) -> int:
     parser = argparse.ArgumentParser(prog="anthro.body.build", description=__doc__)
-    parser.add_argument("--body", required=True, help="body to build: zhou2021, nakada2018 or right_arm")
+    parser.add_argument("--body", required=True, help=f"body to build: {', '.join(BODIES)}")
     parser.add_argument("--tables", type=Path, default=Path("config/body"), help="anatomy tables")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sampled postures")
+    parser.add_argument(
+        "--fibers", type=Path, help="built body whose fibers it has (default: fitted to its own ranges)"
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder to write")
     args = parser.parse_args(argv)
     if not args.tables.is_dir():
         raise UserError(f"{args.tables}: no such folder of anatomy tables")
-    fit = build(args.body, args.tables, args.out, args.seed)
+    fit = build(args.body, args.tables, args.out, args.seed, fibers=args.fibers)
     print(f"{args.out}: built; {int(fit.outside.sum())} fibers leave 0.5 to 1.6 of slack length")
     return 0
 

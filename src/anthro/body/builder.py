@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from anthro.body.meshes import MeshLibrary, mirrored
+from anthro.body.model import EFFECTOR
 from anthro.body.parts import BodyPlan, Part
 from anthro.errors import UserError
 
@@ -97,10 +98,14 @@ class Builder:
             self._add_site(f"contact_{row.contact}", row.bone, row.point)
             self.contacts.append(row)
 
+    def add_effectors(self, rows: list) -> None:
+        """Add a site for each effector whose bone this body has."""
+        for row in rows:
+            if row.bone in self._bodies:
+                self._add_site(f"{EFFECTOR}{row.effector}", row.bone, row.point)
+
     def compile(self) -> mujoco.MjModel:
         """The finished model: muscles' tendons first, then the ligaments' with their rest lengths."""
-        if self.plan.hand:
-            self._bone(self.plan.hand, "the hand").add_site(name="hand", group=SITE_GROUP)
         model = self.spec.compile()
         first = len(self.muscles)
         rest = model.tendon_length0[first:]
@@ -194,7 +199,9 @@ class Builder:
         )
 
 
-def compose(plan: BodyPlan, parts: list[Part], meshes: MeshLibrary, absent: set[str] = frozenset()) -> Builder:
+def compose(
+    plan: BodyPlan, parts: list[Part], meshes: MeshLibrary, absent: set[str] = frozenset(), effectors: list = ()
+) -> Builder:
     """The body that ``plan`` names, from its parts in order, ready to compile."""
     builder = Builder(plan, meshes, absent)
     for part in parts:
@@ -202,4 +209,5 @@ def compose(plan: BodyPlan, parts: list[Part], meshes: MeshLibrary, absent: set[
     for add in (builder.add_muscles, builder.add_ligaments, builder.add_contacts):
         for part in parts:
             add(part)
+    builder.add_effectors(effectors)
     return builder

@@ -66,6 +66,11 @@ def fit_fibers(lengths: np.ndarray, optimal_length: np.ndarray, neutral: np.ndar
     slack = np.maximum(slack, (neutral - shortest) / (NEUTRAL - SHORTEST_OF_ALL))
     slack = np.minimum(slack, high / LONGEST)  # a tendon is never shorter than nothing
     tendon = np.maximum(high - LONGEST * slack, neutral - NEUTRAL * slack)
+    return given_fibers(lengths, slack, tendon)
+
+
+def given_fibers(lengths: np.ndarray, slack: np.ndarray, tendon: np.ndarray) -> FiberFit:
+    """What fibers of given slack and tendon lengths (n,) m do over sampled path lengths (count, n) m."""
     return FiberFit(
         slack_length=slack,
         tendon_length=tendon,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -13,6 +14,7 @@ from anthro.errors import UserError
 
 ROOT_VELOCITIES = ("root_x", "root_y", "root_z", "root_roll", "root_pitch", "root_yaw")
 SURFACES = ("ground", "seat")
+EFFECTOR = "effector_"  # before the names of their sites
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,13 @@ class Body:
     ligament_slack : (k, 2) m, the lengths between which a ligament is without force: twice its rest length for
         a strut, 0 and its rest length for a cord.
     contacts : spheres that meet ground or seat.
-    hand_site : MuJoCo site of the end effector, None where there is none.
+    effectors : MuJoCo site of each effector that this body has, by its name in the tables.
     """
 
     name: str
     model: mujoco.MjModel
     dof_names: tuple[str, ...]
+    dof_regions: tuple[str, ...]
     q_rest: np.ndarray
     q_range: np.ndarray
     joint_stiffness: np.ndarray
@@ -70,7 +73,7 @@ class Body:
     ligament_damping: np.ndarray
     ligament_slack: np.ndarray
     contacts: Contacts
-    hand_site: int | None
+    effectors: dict[str, int]
     root_free: bool
 
     dof_count = property(lambda self: len(self.dof_names))
@@ -94,7 +97,7 @@ class Body:
             line = str(error).strip().splitlines()[0]
             raise UserError(f"{folder / 'model.mjb'}: cannot be loaded ({line})") from None
         root_free = bool((model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any())
-        joints = _columns(folder / "joints.csv", ("joint",), ("min", "max", "rest", "stiffness", "damping"))
+        joints = _columns(folder / "joints.csv", ("joint", "region"), ("min", "max", "rest", "stiffness", "damping"))
         muscles = _columns(
             folder / "muscles.csv", ("muscle", "region", "group"), ("max_force", "slack_length", "tendon_length")
         )
@@ -104,11 +107,11 @@ class Body:
         hinges, tendons = len(joints["joint"]), len(muscles["muscle"]) + len(ligaments["ligament"])
         if hinges != model.nv - 6 * root_free or tendons != model.ntendon:
             raise UserError(f"{folder}: tables and model.mjb disagree; build the body again")
-        hand = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, "hand")
         return cls(
             name=folder.name,
             model=model,
             dof_names=tuple(joints["joint"]),
+            dof_regions=tuple(joints["region"]),
             q_rest=joints["rest"],
             q_range=np.stack([joints["min"], joints["max"]], axis=1),
             joint_stiffness=joints["stiffness"],
@@ -124,7 +127,7 @@ class Body:
             ligament_damping=ligaments["damping"],
             ligament_slack=np.stack([ligaments["slack_low"], ligaments["slack_high"]], axis=1),
             contacts=_contacts(folder / "contacts.csv", model),
-            hand_site=None if hand < 0 else hand,
+            effectors=_effectors(model),
             root_free=root_free,
         )
 
@@ -132,11 +135,26 @@ class Body:
         """Names of the muscles of one region of the tables: core, neck, arm or leg."""
         return tuple(n for n, its in zip(self.muscle_names, self.muscle_regions, strict=True) if its == region)
 
+    def effector(self, name: str) -> int:
+        """MuJoCo site of an effector; UserError where this body has none of that name."""
+        if name not in self.effectors:
+            raise UserError(f"{self.name} has no effector {name!r}; it has: {', '.join(self.effectors) or 'none'}")
+        return self.effectors[name]
+
+    def movable(self) -> Body:
+        """The same body with a model of its own, whose fixed root may be placed elsewhere."""
+        return replace(self, model=copy(self.model))
+
     def simulator(self, step: float | None = None, world=None):
         """A fresh :class:`~anthro.body.simulator.Simulator` at rest in ``world``, nothing around it when None."""
         from anthro.body.simulator import DEFAULT_STEP, Simulator
 
         return Simulator(self, DEFAULT_STEP if step is None else step, world)
+
+
+def _effectors(model: mujoco.MjModel) -> dict[str, int]:
+    names = [model.site(i).name for i in range(model.nsite)]
+    return {name.removeprefix(EFFECTOR): i for i, name in enumerate(names) if name.startswith(EFFECTOR)}
 
 
 def _contacts(path: Path, model: mujoco.MjModel) -> Contacts:

@@ -12,6 +12,7 @@ from anthro.body.tables import (
     Absent,
     Bone,
     Contact,
+    Effector,
     Joint,
     Ligament,
     Muscle,
@@ -47,41 +48,54 @@ class BodyPlan:
     regions : its regions in order, each parent before its child.
     moving : regions whose joints are free; the others' bones are welded.
     muscular : regions whose muscles are there.
-    both_sides : with the left twins, or the right side alone.
+    sides : "both", or the one side that it has besides the midline: "right" or "left".
     absent : table of right fascicles, below ``config/body``, that this body lacks.
     root_free : the pelvis floats; otherwise it is fixed at ``root_height_m``.
     rest_deg : rest angles of joints other than their table's, right side's name.
-    hand : bone whose origin counts as the hand's point, or None.
+    fibers_of : body whose fitted fibers it has, so that a controller moves it as it moves that one; None fits its own.
     """
 
     name: str
     regions: tuple[str, ...]
     moving: tuple[str, ...]
     muscular: tuple[str, ...]
-    both_sides: bool = True
+    sides: str = "both"
     absent: str | None = None
     root_free: bool = False
     root_height_m: float | None = None
     rest_deg: dict[str, float] = field(default_factory=dict)
-    hand: str | None = None
+    fibers_of: str | None = "zhou2021"
+
+    both_sides = property(lambda self: self.sides == "both")
 
 
 # Seated: thighs level, shanks upright, so the hips stand as high as the knees do in standing.
 SEATED = {"hip_flexion_r": 85.0, "knee_flexion_r": 85.0, "patella_flexion_r": 55.0}
+SEATED_ROOT = {"root_height_m": 0.50, "rest_deg": SEATED}
+
+
+def _limb(name: str, region: str, **details) -> BodyPlan:
+    """One region that moves on a core whose bones are welded together: what a limb's controller is trained on."""
+    return BodyPlan(name, ("core", region), (region,), (region,), **details)
+
+
 BODIES = {
     plan.name: plan
     for plan in (
-        BodyPlan("zhou2021", REGIONS, REGIONS, REGIONS, root_free=True),
+        BodyPlan("zhou2021", REGIONS, REGIONS, REGIONS, root_free=True, fibers_of=None),
+        BodyPlan("whole_fixed", REGIONS, REGIONS, REGIONS, rest_deg=SEATED),
         BodyPlan(
             "nakada2018",
             REGIONS,
             ("neck", "arm", "leg"),
             ("neck", "arm", "leg"),
             absent="neck/absent_nakada2018.csv",
-            root_height_m=0.50,
-            rest_deg=SEATED,
+            **SEATED_ROOT,
         ),
-        BodyPlan("right_arm", ("core", "arm"), ("arm",), ("arm",), both_sides=False, hand="metacarpal_3_r"),
+        _limb("neck", "neck"),
+        _limb("neck_seated", "neck", absent="neck/absent_nakada2018.csv", **SEATED_ROOT),
+        *(_limb(f"{side}_arm", "arm", sides=side) for side in ("right", "left")),
+        *(_limb(f"{side}_leg", "leg", sides=side, **SEATED_ROOT) for side in ("right", "left")),
     )
 }
 
@@ -116,9 +130,19 @@ def load_part(name: str, tables: Path) -> Part:
 
 
 def load_parts(plan: BodyPlan, tables: Path) -> list[Part]:
-    """The regions of a body in order, with their left twins where it has them."""
+    """The regions of a body in order, with the sides that it has."""
     parts = [load_part(region, tables) for region in plan.regions]
-    return [both_sides(part) for part in parts] if plan.both_sides else parts
+    if plan.sides == "right":
+        return parts
+    return [part if plan.both_sides else left_alone(part) for part in map(both_sides, parts)]
+
+
+def load_effectors(plan: BodyPlan, tables: Path) -> list[Effector]:
+    """The effectors of all bodies, with the sides that this one has."""
+    rows = read_table(Path(tables) / "effectors.csv", Effector)
+    if plan.sides != "right":
+        rows = [row for row in _twinned(tuple(rows), _left_point_of) if plan.both_sides or not is_paired(row.effector)]
+    return rows
 
 
 def absent_muscles(plan: BodyPlan, tables: Path) -> set[str]:
@@ -126,7 +150,7 @@ def absent_muscles(plan: BodyPlan, tables: Path) -> set[str]:
     if plan.absent is None:
         return set()
     absent = {row.muscle for row in read_table(Path(tables) / plan.absent, Absent)}
-    return absent | {left_name(name) for name in absent} if plan.both_sides else absent
+    return absent if plan.sides == "right" else absent | {left_name(name) for name in absent}
 
 
 def _optional(path: Path, row_type: type) -> tuple:
@@ -187,6 +211,16 @@ def both_sides(part: Part) -> Part:
     )
 
 
+def left_alone(part: Part) -> Part:
+    """Both sides' region without what the right side has."""
+    kept = {
+        name: tuple(row for row in getattr(part, name) if not is_paired(next(iter(vars(row).values()))))
+        for name in ("bones", "joints", "muscles", "wraps", "ligaments", "contacts")
+    }
+    paths = {name: rows for name, rows in part.paths.items() if not is_paired(name)}
+    return replace(part, **kept, paths=paths)
+
+
 def _twinned(rows: tuple, mirror) -> tuple:
     out = []
     for row in rows:
@@ -244,6 +278,10 @@ def _left_ligament(row: Ligament) -> Ligament:
 
 def _left_contact(row: Contact) -> Contact:
     return replace(row, contact=left_name(row.contact), bone=left_name(row.bone), y_m=-row.y_m)
+
+
+def _left_point_of(row: Effector) -> Effector:
+    return replace(row, effector=left_name(row.effector), bone=left_name(row.bone), y_m=-row.y_m)
 
 
 def _minus(value: float | None) -> float | None:

@@ -31,7 +31,7 @@ class Paths:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData):
         entries = [_moving_entries(model, tendon) for tendon in range(model.ntendon)]
         self.start, self.column = rows.layout([model.ten_J_colind[row] for row in entries])
-        self.value = np.zeros(len(self.column))
+        self.value, self._width = np.zeros(len(self.column)), model.nv
         self.length, self.rate = data.ten_length, np.zeros(model.ntendon)
         own = np.array([is_string(model, tendon) for tendon in range(model.ntendon)], bool)
         self._strings = Strings(model, data, np.flatnonzero(own), self.start, self.column, self.value)
@@ -53,6 +53,21 @@ class Paths:
     def refresh_velocities(self, v) -> None:
         """Rates of lengthening at velocities ``v`` (nv,)."""
         rows.rates(self.start, self.column, self.value, v, self.rate)
+
+    def pull(self, first: int, force) -> np.ndarray:
+        """Sum (nv,) of dl/dq of tendons ``first`` and on, each times its ``force``."""
+        out = np.zeros(self._width)
+        rows.pull(self.start, self.column, self.value, first, np.ascontiguousarray(force, float), out)
+        return out
+
+    def gather(self, chosen, place, factor) -> np.ndarray:
+        """dl/dq of the tendons ``chosen`` (k,), each times its ``factor``, as columns of (1 + max(place), k).
+
+        ``place`` (nv,) says in which row a velocity stands, negative where it is left out.
+        """
+        out = np.zeros((place.max() + 1, len(chosen)))
+        rows.gather(self.start, self.column, self.value, chosen, place, factor, out)
+        return out
 
     def dense(self, count: int, width: int) -> np.ndarray:
         """dl/dq of the first ``count`` tendons by ``width`` velocities, a new array."""

@@ -42,6 +42,28 @@ def _scatter(start, column, value, out):
             out[i, column[k]] = value[k]
 
 
+@njit(cache=True)
+def pull(start, column, value, first, force, out):
+    """Add rows ``first`` and on, each times its ``force``, to ``out`` (width,)."""
+    for i in range(force.shape[0]):
+        for k in range(start[first + i], start[first + i + 1]):
+            out[column[k]] += force[i] * value[k]
+
+
+@njit(cache=True)
+def gather(start, column, value, chosen, place, factor, out):
+    """Put ``chosen`` rows, each times its ``factor``, into the columns of ``out``; velocity j goes to row ``place[j]``.
+
+    Velocities whose place is negative are left out.
+    """
+    for j in range(chosen.shape[0]):
+        i = chosen[j]
+        for k in range(start[i], start[i + 1]):
+            row = place[column[k]]
+            if row >= 0:
+                out[row, j] = factor[j] * value[k]
+
+
 @njit(cache=True, forceinline=True)
 def dot(start, column, value, i, v):
     """Row ``i`` times velocities ``v``."""

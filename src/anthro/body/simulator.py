@@ -193,45 +193,33 @@ class Simulator:
         """Moment arms (n, m) m: -dl/dq, positive where tension turns the hinge towards larger angles."""
         return -self.jacobian[:, self._hinges]
 
-    @property
-    def hand_position(self) -> np.ndarray:
-        """Hand's position (3,) m, a copy.
-
-        Raises
-        ------
-        UserError
-            The body has no end effector.
-        """
-        return self.data.site_xpos[self._hand()].copy()
+    def effector_position(self, name: str) -> np.ndarray:
+        """Position (3,) m of one of the body's effectors, a copy."""
+        return self.data.site_xpos[self.body.effector(name)].copy()
 
     @property
     def centre_of_mass(self) -> np.ndarray:
         """Centre of mass of the whole body (3,) m, a copy."""
         return self.data.subtree_com[0].copy()
 
-    def _hand(self) -> int:
-        if self.body.hand_site is None:
-            raise UserError(f"{self.body.name} has no hand site")
-        return self.body.hand_site
+    def push(self, force, bone: str) -> None:
+        """Apply a world force (3,) N at a bone's centre of mass, or at an effector, until it is changed; zeros end it.
 
-    def push(self, force, bone: str | None = None) -> None:
-        """Apply a world force (3,) N until it is changed; zeros end it.
-
-        It acts at the hand, or at the centre of mass of ``bone``. Its torques are those of the present posture.
+        Its torques are those of the present posture.
 
         Raises
         ------
         UserError
-            There is no such bone, or no hand.
+            There is no bone and no effector of that name.
         """
         jacobian = np.zeros((3, self.model.nv))
-        if bone is None:
-            mujoco.mj_jacSite(self.model, self.data, jacobian, None, self._hand())
-        else:
-            index = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, bone)
-            if index < 0:
-                raise UserError(f"{self.body.name} has no bone {bone!r}")
+        index = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, bone)
+        if bone in self.body.effectors:
+            mujoco.mj_jacSite(self.model, self.data, jacobian, None, self.body.effectors[bone])
+        elif index >= 0:
             mujoco.mj_jacBodyCom(self.model, self.data, jacobian, None, index)
+        else:
+            raise UserError(f"{self.body.name} has no bone or effector {bone!r}")
         self._applied[:] = jacobian.T @ np.asarray(force, float)
 
     def muscle_force(self, activation) -> np.ndarray:
@@ -246,6 +234,30 @@ class Simulator:
         long = length[cords] > body.ligament_slack[cords].mean(axis=1)
         struts[cords] = np.where(long, 1.0, -1.0) * self._stops.force()[self._cord_stops]
         return struts
+
+    def ligament_torque(self) -> np.ndarray:
+        """Torques (nv,) N m of the ligaments' tensions in the present state."""
+        return -self._paths.pull(self.body.muscle_count, self.ligament_force())
+
+    def ligament_stiffness(self, velocities) -> np.ndarray:
+        """Stiffness (k, nv) N m/rad of taut ligaments at the joints of given velocities (k,), moment arms fixed."""
+        body, nv = self.body, self.model.nv
+        rows = (body.muscle_count + np.arange(body.ligament_count)).astype(INDEX)
+        taut = np.ones(body.ligament_count, bool)
+        taut[self._cords] = self._stops.force()[self._cord_stops] != 0.0
+        slopes = self._paths.gather(rows, np.arange(nv), np.sqrt(body.ligament_stiffness * taut))
+        return slopes[velocities] @ slopes.T
+
+    def muscle_torque(self, tension) -> np.ndarray:
+        """Torques (nv,) N m of tensions (n,) N of the muscles in the present posture."""
+        return -self._paths.pull(0, tension)
+
+    def torque_matrix(self, chosen, place, tension) -> np.ndarray:
+        """Torques (d, k) N m of the muscles ``chosen`` (k,), each with its ``tension`` (k,) N, on some velocities.
+
+        ``place`` (nv,) gives a velocity's row, negative for those that are left out.
+        """
+        return self._paths.gather(chosen, place, -np.asarray(tension, float))
 
     def contact_force(self) -> np.ndarray:
         """Forces (contacts, 3) N of the world on the body in the present state; zeros in empty space."""

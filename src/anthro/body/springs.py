@@ -3,7 +3,8 @@
 System and force are those of :mod:`anthro.body.simulator`: with tension f, its slopes k in length and d in speed, a
 path of slopes j = dl/dq adds j j^T (h d + h^2 k) to the matrix and -j (f + h k l') to the force.
 
-Numba's cache watches this file alone: after a change of what it compiles in, hill.py and rows.py, touch it.
+Numba's cache watches this file's text alone: count up with each change of what it compiles in,
+hill.py and rows.py: 2.
 """
 
 from __future__ import annotations

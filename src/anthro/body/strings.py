@@ -4,7 +4,8 @@ A straight piece between two bones changes its length with the joints that lie a
 the others move it as a whole. :func:`mujoco.mj_tendon` sums over all joints above either bone, which in a body of
 many bones is most of its work. Paths over pulleys, or between two trees of bones, are left to it.
 
-Numba's cache watches this file alone: after a change of what it compiles in, wrapping.py and rows.py, touch it.
+Numba's cache watches this file's text alone: count up with each change of what it compiles in,
+wrapping.py and rows.py: 2.
 """
 
 from __future__ import annotations

@@ -167,6 +167,22 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Effector:
+    """A point of a bone that a controller moves; its frame is parallel to the world in the neutral posture."""
+
+    effector: str
+    side: str
+    bone: str
+    x_m: float
+    y_m: float
+    z_m: float
+    quality: str
+    source: str
+
+    point = property(lambda self: (self.x_m, self.y_m, self.z_m))
+
+
+@dataclass(frozen=True)
 class Absent:
     """A fascicle that a variant lacks, and why."""
 

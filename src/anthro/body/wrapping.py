@@ -80,11 +80,11 @@ def _miss(z, a, b, between):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _sine_of_reflection(a, b, between):
-    """Root of :func:`_miss` by Newton's method from above; -1 where there is none."""
+    """Root of :func:`_miss` by Newton's method from above, where it is negative; -1 where there is none."""
     z = _FIRST
     miss = _miss(z, a, b, between)
-    if miss > 0.0:
-        return -1.0
+    if miss > 0.0:  # the straight line all but touches the circle
+        return z
     for _ in range(_ROUNDS):
         if abs(miss) <= _TOLERANCE:
             return z

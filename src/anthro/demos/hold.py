@@ -1,45 +1,48 @@
-"""Hold a target for ten seconds and measure how far the hand drifts."""
+"""Hold targets for ten seconds each and measure how far the hand drifts."""
 
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
 
 import numpy as np
 
 from anthro import cli
-from anthro.body.simulator import DEFAULT_STEP
-from anthro.demos.reach import random_targets
-from anthro.demos.session import Recorder, Session, advance, finish, parser, row
+from anthro.demos.criterion import task_of
+from anthro.demos.session import Recorder, Session, advance, finish
+from anthro.demos.task import arguments, card_of, opened, rows_of
 from anthro.errors import UserError
+from anthro.motor.system import MotorSystem
 from anthro.progress import progress
-from anthro.runcard import RunCard
 
 APPROACH_SECONDS = 2.0
 HOLD_SECONDS = 10.0
 ALLOWED_DRIFT = 0.01  # m
 
 
-def drift(recorder: Recorder, steps: int) -> float:
-    """Largest distance in m of the hand from where it was when the hold began, last ``steps``."""
-    hand = np.array([record[3] for record in recorder.rows[-steps:]])
-    return float(np.linalg.norm(hand - hand[0], axis=1).max())
+def points(session: Session, name: str, count: int, seed: int, demo: str) -> list[np.ndarray]:
+    """Held-out points (3,) m for an arm's or a leg's effector; UserError for another limb."""
+    task = task_of(session.limb(name))
+    if task.name != "reach":
+        raise UserError(f"{demo}: the task of {name} is {task.name}; an arm or a leg is wanted")
+    return session.targets(name, count, task.share, seed, demo)
 
 
-def measure(session: Session, inputs: str, targets: np.ndarray) -> tuple[dict, Recorder]:
-    """Drifts over the targets and the rollout."""
-    simulator, policy = session.simulator(), session.controller(inputs)
-    recorder = Recorder(simulator)
-    policy.reset(simulator)
-    drifts, errors = [], []
+def drift(path: np.ndarray) -> float:
+    """Largest distance in m from the first of positions (n, 3) m."""
+    return float(np.linalg.norm(path - path[0], axis=1).max())
+
+
+def holds(session: Session, system: MotorSystem, name: str, targets) -> tuple[dict, Recorder]:
+    """Drifts over the targets, and the rollout."""
+    simulator = session.begin(system)
+    recorder, drifts, errors = Recorder(simulator, [session.limb(name)]), [], []
     for target in progress(targets, len(targets), "holds"):
-        advance(simulator, policy, target, APPROACH_SECONDS, recorder)
-        distance = advance(simulator, policy, target, HOLD_SECONDS, recorder)
-        drifts.append(drift(recorder, len(distance)))
-        errors.append(float(distance.mean()))
+        advance(simulator, system, {name: target}, APPROACH_SECONDS, recorder)
+        first = len(recorder.rows)
+        distance = advance(simulator, system, {name: target}, HOLD_SECONDS, recorder)
+        drifts.append(drift(np.array([row[3][0] for row in recorder.rows[first:]])))
+        errors.append(float(distance[name].mean()))
     metrics = {
-        "inputs": inputs,
-        "targets": len(targets),
         "median_drift_m": float(np.median(drifts)),
         "max_drift_m": float(np.max(drifts)),
         "share_under_1_cm": float(np.mean(np.array(drifts) < ALLOWED_DRIFT)),
@@ -49,25 +52,17 @@ def measure(session: Session, inputs: str, targets: np.ndarray) -> tuple[dict, R
 
 
 def main(argv=None) -> int:
-    arguments = parser("hold", __doc__)
-    arguments.add_argument("--targets", type=int, default=10, help="targets to hold (default 10)")
-    args = arguments.parse_args(argv)
-    if args.targets < 1:
-        raise UserError(f"--targets: {args.targets} is not a positive number")
-    session = Session.open(args.run, args.limb)
-    inputs = session.chosen_inputs(args.inputs)
-    spec = {"demo": "hold", "inputs": inputs, "targets": args.targets, "limb": args.limb}
-    card = RunCard(args.out / "run_card.json", spec, args.seed) if args.out else nullcontext()
-    with card:
-        targets = random_targets(session, args.targets, args.seed)
-        metrics, recorder = measure(session, inputs, targets)
-        item, source = f"right arm hold, 10 s, {inputs} inputs", "Sec. 8.1"
-        rows = [
-            row(item, "median_drift_m", metrics["median_drift_m"], "m", ALLOWED_DRIFT, "max", source),
-            row(item, "max_drift_m", metrics["max_drift_m"], "m", ALLOWED_DRIFT, "max", source),
-        ]
-        attrs = {"limb": args.limb, "seed": args.seed, "step_seconds": DEFAULT_STEP}
-        finish(args, "hold", recorder.columns(), attrs, metrics, rows, card)
+    args = arguments("hold", __doc__, "right_arm", 10).parse_args(argv)
+    session = opened(args)
+    targets = points(session, args.limb, args.targets, args.seed, "hold")
+    inputs = session.chosen_inputs(args.limb, args.inputs)
+    with card_of(args, "hold", limb=args.limb, inputs=inputs, targets=args.targets) as card:
+        metrics, recorder = holds(session, session.system([args.limb], args.inputs), args.limb, targets)
+        metrics |= {"inputs": inputs, "limb": args.limb, "targets": args.targets}
+        bars = {"median_drift_m": (ALLOWED_DRIFT, "max"), "max_drift_m": (ALLOWED_DRIFT, "max")}
+        item = f"{args.limb.replace('_', ' ')} hold, 10 s, {inputs} inputs"
+        rows = rows_of(metrics, item, "nakada2018", "Sec. 8.1", bars)
+        finish(args, "hold", recorder.columns(), recorder.attrs(args.seed), metrics, rows, card)
     return 0
 
 

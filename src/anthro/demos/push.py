@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
 
 import numpy as np
 
 from anthro import cli
 from anthro.body.simulator import DEFAULT_STEP
-from anthro.demos.reach import random_targets
-from anthro.demos.session import SUCCESS_RADIUS, Recorder, Session, advance, finish, parser, row
-from anthro.errors import UserError
+from anthro.demos.hold import points
+from anthro.demos.session import SUCCESS_RADIUS, Recorder, Session, advance, finish, row
+from anthro.demos.task import arguments, card_of, opened
+from anthro.motor.system import MotorSystem
 from anthro.progress import progress
-from anthro.runcard import RunCard
 from anthro.streams import stream
 
 FORCE = 20.0  # N
@@ -31,41 +30,38 @@ def recovery_time(displacement: np.ndarray, radius: float = RETURNED) -> float:
     return float("inf") if away[-1] == len(displacement) - 1 else (away[-1] + 1) * DEFAULT_STEP
 
 
-def push_once(simulator, policy, target, direction, recorder) -> tuple[float, float, float]:
-    """Seconds from the push's end until the hand is back, and its largest displacement in m.
+def push_once(simulator, system: MotorSystem, limb, target, direction, recorder) -> tuple[float, float, float]:
+    """Seconds from the push's end until the effector is back, and its largest displacement in m.
 
     Back is within 1 cm of where it was (first number), and within the success radius of the target
     (second).
     """
-    advance(simulator, policy, target, WATCH_SECONDS, recorder)
-    before, first = simulator.hand_position, len(recorder.rows)
-    simulator.push(FORCE * direction)
-    advance(simulator, policy, target, PUSH_SECONDS, recorder)
-    simulator.push((0.0, 0.0, 0.0))
-    advance(simulator, policy, target, WATCH_SECONDS, recorder)
-    hand = np.array([record[3] for record in recorder.rows[first:]])
-    displacement = np.linalg.norm(hand - before, axis=1)
+    targets = {limb.name: target}
+    advance(simulator, system, targets, WATCH_SECONDS, recorder)
+    before, first = simulator.data.site_xpos[limb.site].copy(), len(recorder.rows)
+    simulator.push(FORCE * direction, limb.plan.effector)
+    advance(simulator, system, targets, PUSH_SECONDS, recorder)
+    simulator.push((0.0, 0.0, 0.0), limb.plan.effector)
+    advance(simulator, system, targets, WATCH_SECONDS, recorder)
+    path = np.array([row[3][0] for row in recorder.rows[first:]])
+    displacement, error = (np.linalg.norm(path - point, axis=1) for point in (before, target))
     pushed = round(PUSH_SECONDS / DEFAULT_STEP)
-    error = np.linalg.norm(hand - target, axis=1)
     on_target = recovery_time(error[pushed:], SUCCESS_RADIUS)
     return recovery_time(displacement[pushed:]), on_target, float(displacement.max())
 
 
-def measure(session: Session, inputs: str, targets: np.ndarray, seed: int):
+def pushes(session: Session, system: MotorSystem, name: str, targets, seed: int) -> tuple[dict, Recorder]:
     """Recovery over the targets, each pushed in a random direction, and the rollout."""
-    simulator, policy = session.simulator(), session.controller(inputs)
-    recorder, rng = Recorder(simulator), stream(seed, f"demos.push.{session.limb}")
-    policy.reset(simulator)
+    limb, simulator = session.limb(name), session.begin(system)
+    recorder, rng = Recorder(simulator, [limb]), stream(seed, f"demos.push.{name}.directions")
     results = []
     for target in progress(targets, len(targets), "pushes"):
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
-        results.append(push_once(simulator, policy, target, direction, recorder))
+        results.append(push_once(simulator, system, limb, target, direction, recorder))
     times, on_target, peaks = np.array(results).T
     median = float(np.median(times))
     metrics = {
-        "inputs": inputs,
-        "pushes": len(targets),
         "recovered_within_1_s": float(np.mean(times <= ALLOWED_SECONDS)),
         "on_target_within_1_s": float(np.mean(on_target <= ALLOWED_SECONDS)),
         "median_recovery_s": median if np.isfinite(median) else None,
@@ -75,28 +71,21 @@ def measure(session: Session, inputs: str, targets: np.ndarray, seed: int):
 
 
 def main(argv=None) -> int:
-    arguments = parser("push", __doc__)
-    arguments.add_argument("--targets", type=int, default=20, help="pushes (default 20)")
-    args = arguments.parse_args(argv)
-    if args.targets < 1:
-        raise UserError(f"--targets: {args.targets} is not a positive number")
-    session = Session.open(args.run, args.limb)
-    inputs = session.chosen_inputs(args.inputs)
-    spec = {"demo": "push", "inputs": inputs, "targets": args.targets, "limb": args.limb}
-    card = RunCard(args.out / "run_card.json", spec, args.seed) if args.out else nullcontext()
-    with card:
-        targets = random_targets(session, args.targets, args.seed)
-        metrics, recorder = measure(session, inputs, targets, args.seed)
-        item = f"right arm push, 20 N for 0.1 s, {inputs} inputs"
-        within = metrics["recovered_within_1_s"]
+    args = arguments("push", __doc__, "right_arm", 20).parse_args(argv)
+    session = opened(args)
+    targets = points(session, args.limb, args.targets, args.seed, "push")
+    inputs = session.chosen_inputs(args.limb, args.inputs)
+    with card_of(args, "push", limb=args.limb, inputs=inputs, targets=args.targets) as card:
+        metrics, recorder = pushes(session, session.system([args.limb], args.inputs), args.limb, targets, args.seed)
+        metrics |= {"inputs": inputs, "limb": args.limb, "targets": args.targets}
+        item = f"{args.limb.replace('_', ' ')} push, 20 N for 0.1 s, {inputs} inputs"
         rows = [
-            row(item, "recovered_within_1_s", within, "1", 1.0, "min", "Sec. 8.1"),
+            row(item, "recovered_within_1_s", metrics["recovered_within_1_s"], "1", 1.0, "min", "Sec. 8.1"),
             row(item, "on_target_within_1_s", metrics["on_target_within_1_s"], "1", 1.0, "min", "Sec. 8.1"),
             row(item, "median_recovery_s", metrics["median_recovery_s"], "s"),
             row(item, "median_peak_displacement_m", metrics["median_peak_displacement_m"], "m"),
         ]
-        attrs = {"limb": args.limb, "seed": args.seed, "step_seconds": DEFAULT_STEP}
-        finish(args, "push", recorder.columns(), attrs, metrics, rows, card)
+        finish(args, "push", recorder.columns(), recorder.attrs(args.seed), metrics, rows, card)
     return 0
 
 

@@ -1,27 +1,42 @@
-"""Time a control step: networks online, the teacher offline, a training pair, the simulator."""
+"""Time on one core: networks online, the teacher offline, training pairs, the simulator; beside the papers' numbers."""
 
 from __future__ import annotations
 
 import itertools
 import sys
 import time
-from contextlib import nullcontext
+from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from anthro import cli
-from anthro.body.simulator import DEFAULT_STEP
-from anthro.demos.reach import random_targets
+from anthro import cli, registry
+from anthro.demos.criterion import task_of
 from anthro.demos.session import Session, finish, parser, row
+from anthro.demos.task import card_of
 from anthro.files import read_json
-from anthro.motor.synthesize import labelled_pairs
-from anthro.motor.synthesize_reflex import wander, wander_regimen
-from anthro.motor.teacher import Gains, TeacherPolicy
-from anthro.runcard import RunCard
+from anthro.motor.controller import INPUTS
+from anthro.motor.limb import limb_plan
+from anthro.motor.synthesize import Source
+from anthro.motor.synthesize_reflex import wander
+from anthro.progress import progress
 from anthro.streams import stream
 
-PAPER_STEP = (0.120, 0.230)  # s a time step by IK, ID and MO (Sec. 9)
+LIMBS = ("right_arm", "right_leg", "neck_seated", "neck", "core")  # left limbs mirror right ones
+STEPS, TARGETS, LABELS, PAIRS, FIRST_PAIRS = 500, 20, 50, 100, 20
+ONLINE, VOLUNTARY, REFLEX, TEACHER = "controller", "voluntary_pair", "reflex_pair", "teacher_label"
+BARS = {  # s: bars of the project, by the sense of the limb
+    "position": {ONLINE: 0.5e-3, VOLUNTARY: 6e-3, REFLEX: 6e-3},
+    "gaze": {ONLINE: 0.5e-3, VOLUNTARY: 15e-3, REFLEX: 15e-3},
+    "orientation": {ONLINE: 2e-3, VOLUNTARY: 40e-3, REFLEX: 40e-3},
+}
+IK_ID_MO = 0.120  # s a step at least, of the seated human (Nakada 2018, Sec. 9)
+PAPERS = {  # s: what the papers say, and where
+    "position": {ONLINE: (1e-3, "Sec. 9"), TEACHER: (IK_ID_MO, "Sec. 9")},
+    "gaze": {ONLINE: (1e-3, "Sec. 9"), TEACHER: (IK_ID_MO, "Sec. 9"), VOLUNTARY: (0.8, "Sec. 5.1.1")},
+    "orientation": {ONLINE: (2e-3, "Sec. 4.3.2"), VOLUNTARY: (8.7, "Sec. 4.3.1"), REFLEX: (0.3, "Sec. 4.3.1")},
+}
 
 
 def median_seconds(call, repeats: int) -> float:
@@ -35,82 +50,88 @@ def median_seconds(call, repeats: int) -> float:
     return float(np.median(times))
 
 
-def mean_seconds(iterator, count: int) -> float:
-    """Mean wall time in s of one item; what the first one needs beyond its own is spread over all."""
+def pair_seconds(pairs: Iterator, shard: int) -> float:
+    """Wall time in s of a training pair; what the first ones need beyond their own is spread over a ``shard``."""
+    first, each = (_seconds(pairs, count) for count in (FIRST_PAIRS, PAIRS))
+    each /= PAIRS
+    return each + max(first - FIRST_PAIRS * each, 0.0) / shard
+
+
+def _seconds(items: Iterator, count: int) -> float:
     started = time.perf_counter()
-    for _ in itertools.islice(iterator, count):
+    for _ in itertools.islice(items, count):
         pass
-    return (time.perf_counter() - started) / count
+    return time.perf_counter() - started
 
 
-def measure(session: Session, seed: int) -> dict:
-    """All timings in s, and the simulator's speed over real time."""
-    simulator = session.simulator()
-    targets = random_targets(session, 50, seed)
-    next_target = itertools.cycle(targets).__next__
-    teacher, appendix_b = session.teacher(), session.teacher("appendix_b")
-    policy = TeacherPolicy(teacher)
-    policy.reset(simulator)
-    metrics = {}
-    for inputs in ("paper", "proprioceptive"):
-        controller = session.controller(inputs)
-        controller.reset(simulator)
-        offset = np.array([0.1, 0.0, 0.1])
-        step = partial(controller.control, offset, simulator.strain, simulator.strain_rate)
-        metrics[f"both_networks_{inputs}_s"] = median_seconds(step, 2000)
-    metrics["inverse_kinematics_s"] = median_seconds(lambda: teacher.aim(next_target()), 100)
-    label = partial(teacher.voluntary, simulator, policy.drive)
-    metrics["teacher_label_s"] = median_seconds(label, 500)
-    appendix_b.aim(targets[0])
-    metrics["appendix_b_label_s"] = median_seconds(partial(appendix_b.desired_activation, simulator), 500)
-    metrics["simulator_step_s"] = median_seconds(partial(simulator.step, np.full(29, 0.1)), 2000)
-    metrics["simulator_speed"] = DEFAULT_STEP / metrics["simulator_step_s"]
-    return metrics | pair_seconds(session, seed)
+def spec_of(run: Path, limb: str, role: str) -> dict:
+    """What a limb's data of a run are synthesized from."""
+    return read_json(run / "specs" / "data" / f"{limb}_{role}.json")
 
 
-def pair_seconds(session: Session, seed: int) -> dict:
-    """Time of a training pair in s, rollout and inverse kinematics included."""
-    specs = {
-        role: read_json(session.run / "specs" / "data" / f"{session.limb}_{role}.json")
-        for role in ("voluntary", "reflex")
-    }
-    body, rng = session.body, stream(seed, "demos.timing")
-    students = [session.controller(inputs) for inputs in ("paper", "proprioceptive")]
-    followed = labelled_pairs(specs["voluntary"], body, [], rng)
-    led = labelled_pairs(specs["voluntary"], body, students, rng)
-    gains = Gains(**specs["reflex"]["teacher"])
-    reflexes = wander(body, wander_regimen(specs["reflex"]["rollout"]), gains, rng)
-    return {
-        "voluntary_pair_teacher_s": mean_seconds(followed, specs["voluntary"]["pairs"]),
-        "voluntary_pair_students_s": mean_seconds(led, specs["voluntary"]["pairs"]),
-        "reflex_pair_s": mean_seconds(reflexes, specs["reflex"]["pairs"]),
-    }
+def measure(session: Session, name: str, seed: int) -> dict:
+    """Seconds of one limb's parts, on the body that its data are synthesized on."""
+    limb, teacher = session.limb(name), session.teacher(name)
+    simulator, drive = session.simulator(), np.zeros(limb.size)
+    specs = {role: spec_of(session.run, name, role) for role in ("voluntary", "reflex")}
+    students = [session.controller(name, inputs) for inputs in INPUTS]
+    found = {}
+    for inputs, student in zip(INPUTS, students, strict=True):
+        student.reset(simulator)
+        sensed = (np.full(limb.width, 0.1), *limb.strains(simulator))
+        found[f"{ONLINE}_{inputs}"] = median_seconds(partial(student.control, *sensed), STEPS)
+    targets = itertools.cycle(session.targets(name, TARGETS, task_of(limb).share, seed, "timing"))
+    found["inverse_kinematics"] = median_seconds(lambda: teacher.kinematics.solve(next(targets)), TARGETS)
+    teacher.aim(next(targets))
+    found[TEACHER] = median_seconds(partial(teacher.voluntary, simulator, drive), LABELS)
+    for who, led_by in (("teacher", []), ("students", students)):
+        source = Source(specs["voluntary"], limb, led_by, stream(seed, f"demos.timing.{name}.{who}"))
+        found[f"{VOLUNTARY}_{who}"] = pair_seconds(iter(source), specs["voluntary"]["pairs"])
+    reflexes = wander(specs["reflex"], limb, stream(seed, f"demos.timing.{name}.reflex"))
+    found[REFLEX] = pair_seconds(reflexes, specs["reflex"]["pairs"])
+    silent = np.zeros(session.body.muscle_count)
+    found["simulator_step"] = median_seconds(partial(simulator.step, silent), STEPS)
+    return found
 
 
-def rows_of(m: dict) -> list[dict]:
-    """Scorecard rows: ours against the issue's bars and the paper's IK-ID-MO."""
-    item = "right arm timing, one core"
-    bars = {
-        "both_networks_paper_s": 0.3e-3,
-        "both_networks_proprioceptive_s": 0.3e-3,
-        "voluntary_pair_teacher_s": 3e-3,
-        "voluntary_pair_students_s": 3e-3,
-        "reflex_pair_s": 0.2e-3,
-    }
-    rows = [row(item, name, m[name], "s", bar, "max", "Sec. 5.1, 9") for name, bar in bars.items()]
-    for name in ("inverse_kinematics_s", "teacher_label_s", "appendix_b_label_s"):
-        rows.append(row(item, name, m[name], "s", PAPER_STEP[0], "max", "Sec. 9"))
-    return [*rows, row(item, "simulator_speed", m["simulator_speed"], "x real time", 30.0, "min")]
+def compared(sense: str, found: dict) -> dict:
+    """Each part: ``ours``, its ``bar`` or None; where a paper tells it ``theirs``, the ``ratio`` and its ``source``."""
+    table = {}
+    for part, seconds in found.items():
+        bar = next((bar for beginning, bar in BARS[sense].items() if part.startswith(beginning)), None)
+        entry = {"ours": seconds, "bar": bar}
+        for beginning, (theirs, source) in PAPERS[sense].items():
+            if part.startswith(beginning):
+                entry |= {"theirs": theirs, "ratio": theirs / seconds, "source": source}
+        table[part] = entry
+    return table
+
+
+def rows_of(limb: str, table: dict) -> list[dict]:
+    """Scorecard rows of one limb: times against their bars, and how many times faster than the papers."""
+    item, paper, rows = f"{limb.replace('_', ' ')} timing, one core", registry.limb(limb).paper, []
+    for part, entry in table.items():
+        source = entry.get("source", "project")
+        sense = "max" if entry["bar"] else "info"
+        rows.append(row(item, f"{part}_s", entry["ours"], "s", entry["bar"], sense, source, paper))
+        if "ratio" in entry:
+            rows.append(row(item, f"{part}_theirs_over_ours", entry["ratio"], "1", 1.0, "min", source, paper))
+    return rows
 
 
 def main(argv=None) -> int:
-    args = parser("timing", __doc__).parse_args(argv)
-    session = Session.open(args.run, args.limb)
-    spec = {"demo": "timing", "limb": args.limb}
-    card = RunCard(args.out / "run_card.json", spec, args.seed) if args.out else nullcontext()
-    with card:
-        metrics = measure(session, args.seed)
-        finish(args, "timing", {}, {}, metrics, rows_of(metrics), card)
+    arguments = parser("timing", __doc__, limb=None)
+    arguments.add_argument("--limbs", nargs="+", choices=LIMBS, default=LIMBS, help="limbs to time (default: all)")
+    args = arguments.parse_args(argv)
+    with card_of(args, "timing", limbs=list(args.limbs)) as card:
+        metrics, rows = {}, []
+        for limb in progress(args.limbs, len(args.limbs), "limbs"):
+            plan = limb_plan(spec_of(args.run, limb, "voluntary")["limb"])
+            session = Session.open(args.run, plan.body)
+            table = compared(plan.senses, measure(session, limb, args.seed))
+            metrics[limb] = table
+            rows += rows_of(limb, table)
+        finish(args, "timing", {}, {}, metrics, rows, card)
     return 0
 
 

@@ -41,7 +41,9 @@ def save(figure, path: Path) -> None:
     with atomic(path) as partial:
         figure.savefig(partial, metadata={"Software": None})
         with Image.open(partial) as drawn:
-            small = drawn.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+            small = drawn.convert("RGB").quantize(
+                256, method=Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE
+            )
         small.save(partial, format="PNG", optimize=True)
 
 

@@ -20,7 +20,7 @@ def save_state(folder: str | os.PathLike, stamp: str, state: dict) -> None:
     folder : path-like
         The folder of resume files; created.
     stamp : str
-        Digest of the spec, of the data and of the initial weights.
+        Digest of the spec, of the data and of what computes.
     state : dict
         Tensors, numbers, strings, lists and dicts.
 
@@ -44,7 +44,7 @@ def load_state(folder: str | os.PathLike, stamp: str) -> dict | None:
     if not path.is_file():
         return None
     try:
-        content = torch.load(path, weights_only=True)
+        content = torch.load(path, map_location="cpu", weights_only=True)
         same = content["stamp"] == stamp
     except Exception as error:  # noqa: BLE001  torch.load raises almost anything on a broken file
         print(f"{path}: not readable, training starts afresh ({type(error).__name__})", file=sys.stderr)

@@ -1,7 +1,10 @@
-"""From shards to a data set: joined columns, the 90/10 split, normalisation from the training side."""
+"""From shards to pairs, a shard at a time: joined columns, the 90/10 split, statistics of the training side.
+
+No more than one shard is in memory: a training of a million pairs of 1,332 columns needs little more than a small one.
+"""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +16,13 @@ from anthro.motor.network import soften
 from anthro.streams import stream
 
 FOLDS = 10  # one block in ten validates (Nakada 2018, footnote 5: 90 % train, 10 % are reserved)
+BLOCK = 4096  # pairs that are worked on at once
+TRAINING, VALIDATION, UNUSED = 0, 1, 2  # sides of the split
 
 
 @dataclass(frozen=True)
-class Pairs:
-    """Pairs of a data set in physical units.
+class Block:
+    """Some successive pairs of a shard, in physical units.
 
     Attributes
     ----------
@@ -25,27 +30,66 @@ class Pairs:
         The input columns, joined.
     outputs : ndarray of float32, (n, n_out)
         The labels, joined.
-    validation : ndarray of bool, (n,)
-        True for the pairs that only validate.
+    side : ndarray of int8, (n,)
+        `TRAINING` or `VALIDATION`.
+    """
+
+    inputs: np.ndarray
+    outputs: np.ndarray
+    side: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """The pairs of a training; they are read from their shards whenever they are wanted.
+
+    Attributes
+    ----------
+    spec : TrainingSpec
+        Says which columns.
+    shards : tuple of str
+        Their files, oldest round of aggregation first.
+    sides : tuple of ndarray of int8, (rows of the shard,)
+        For each shard, the side of each of its rows: `TRAINING`, `VALIDATION` or `UNUSED`.
     softening : ndarray of float32, (n_in,)
         The spec's softening of each input.
     output_softening : ndarray of float32, (n_out,)
         The spec's softening of each label.
     """
 
-    inputs: np.ndarray
-    outputs: np.ndarray
-    validation: np.ndarray
+    spec: TrainingSpec
+    shards: tuple[str, ...]
+    sides: tuple[np.ndarray, ...]
     softening: np.ndarray
     output_softening: np.ndarray
 
-    def digest(self) -> str:
-        """Return the SHA-256 (hex) of everything that training sees."""
-        total = hashlib.sha256()
-        for values in (self.inputs, self.outputs, self.validation, self.softening, self.output_softening):
-            total.update(str(values.shape).encode())
-            total.update(np.ascontiguousarray(values))
-        return total.hexdigest()
+    def count(self, side: int) -> int:
+        """Return the number of pairs on a side."""
+        return sum(int((sides == side).sum()) for sides in self.sides)
+
+    def blocks(self) -> Iterator[Block]:
+        """Read all pairs that are used, in the shards' order.
+
+        Raises
+        ------
+        UserError
+            Naming the shard (and column), when one is truncated, not finite, or of another width.
+        """
+        names = self.spec.inputs, self.spec.outputs
+        widths = len(self.softening), len(self.output_softening)
+        for path, sides in zip(self.shards, self.sides, strict=True):
+            columns, _ = read_shard(path, dict.fromkeys(sum(names, ())))
+            inputs, outputs = (_matrix(path, columns, part) for part in names)
+            del columns
+            found = inputs.shape[1], outputs.shape[1]
+            if found != widths:
+                raise UserError(f"{path}: inputs and outputs of width {found}, but {widths} in {self.shards[0]}")
+            if len(inputs) != len(sides) or len(outputs) != len(sides):
+                raise UserError(f"{path}: {len(inputs)} rows of inputs, {len(outputs)} of outputs")
+            for start in range(0, len(sides), BLOCK):
+                part = slice(start, start + BLOCK)
+                used = np.flatnonzero(sides[part] != UNUSED)
+                yield Block(inputs[part][used], outputs[part][used], sides[part][used])
 
 
 def _matrix(path: str, columns: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
@@ -77,27 +121,25 @@ def validation_side(n: int, generator: np.random.Generator, block: int = 1) -> n
     Returns
     -------
     ndarray of bool, (n,)
-        True for a tenth of the pairs, exactly so when n is a multiple of ten blocks.
+        True for a tenth of the pairs, exactly so when n is a multiple of ten blocks; of fewer blocks, for one.
     """
     blocks = -(-n // block)
-    chosen = generator.integers(FOLDS, size=-(-blocks // FOLDS))
+    chosen = generator.integers(FOLDS, size=-(-blocks // FOLDS)) % max(1, min(blocks, FOLDS))
     index = np.arange(n) // block
     return index % FOLDS == chosen[index // FOLDS]
 
 
-def _widths(path: str, columns: dict[str, np.ndarray], names: Sequence[str]) -> list[int]:
-    return [columns[name].shape[1] if columns[name].ndim == 2 else 1 for name in names]
+def _subset(sides: np.ndarray, samples: int, generator: np.random.Generator) -> np.ndarray:
+    """Return the sides with all but `samples` pairs unused; a tenth of these validate."""
+    reserved = min(max(1, round(samples / FOLDS)), int((sides == VALIDATION).sum()))
+    kept = np.full(len(sides), UNUSED, dtype=np.int8)
+    for side, count in ((VALIDATION, reserved), (TRAINING, samples - reserved)):
+        kept[generator.permutation(np.flatnonzero(sides == side))[:count]] = side
+    return kept
 
 
-def _subset(validation: np.ndarray, samples: int, generator: np.random.Generator) -> np.ndarray:
-    """Choose `samples` pairs, a tenth of them from the validation side; sorted indices."""
-    reserved = min(max(1, round(samples / FOLDS)), int(validation.sum()))
-    sides = (np.flatnonzero(validation), reserved), (np.flatnonzero(~validation), samples - reserved)
-    return np.sort(np.concatenate([generator.permutation(side)[:count] for side, count in sides]))
-
-
-def load_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
-    """Read the pairs of a training.
+def find_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
+    """Look how many pairs the shards hold and split them.
 
     A shard's split depends on the run's seed and on the shard's place in the list alone. With the
     shards of a new round of aggregation at the end, a pair that validates does so in all rounds.
@@ -105,7 +147,7 @@ def load_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
     Parameters
     ----------
     spec : TrainingSpec
-        Columns, seed, `samples`, `validation_block`.
+        Columns, softening, seed, `samples`, `validation_block`.
     shards : sequence of path-like
         Files of `anthro.files.write_shard`, oldest round first.
 
@@ -117,63 +159,116 @@ def load_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
     Raises
     ------
     UserError
-        Naming the shard (and column), when one is truncated, not finite or of another width, or
-        when there are fewer pairs than wanted.
+        Naming the shard (and column), when one is truncated, or when there are fewer pairs than wanted.
     """
-    inputs, outputs, validation, widths = [], [], [], None
+    sides, softenings = [], []
     for index, path in enumerate(shards):
-        columns, _ = read_shard(path, dict.fromkeys(spec.inputs + spec.outputs))
-        inputs.append(_matrix(path, columns, spec.inputs))
-        outputs.append(_matrix(path, columns, spec.outputs))
-        if len(inputs[-1]) != len(outputs[-1]):
-            raise UserError(f"{path}: {len(inputs[-1])} rows of inputs, {len(outputs[-1])} of outputs")
-        found = _widths(path, columns, spec.inputs), _widths(path, columns, spec.outputs)
-        widths = widths or found
-        if found != widths:
-            raise UserError(f"{path}: columns of width {found}, but {widths} in {shards[0]}")
-        generator = stream(spec.seed, "learn/split", index)
-        validation.append(validation_side(len(inputs[-1]), generator, spec.validation_block))
-    softenings = [
-        np.repeat([spec.softening.get(name, 0.0) for name in names], width).astype(np.float32)
-        for names, width in zip((spec.inputs, spec.outputs), widths, strict=True)
-    ]
-    columns = [np.concatenate(parts) for parts in (inputs, outputs, validation)]
+        names = spec.inputs[:1] if index else spec.inputs + spec.outputs
+        columns, _ = read_shard(path, dict.fromkeys(names))
+        if not index:
+            softenings = [_softening(spec, columns, part) for part in (spec.inputs, spec.outputs)]
+        rows, generator = len(np.atleast_1d(columns[names[0]])), stream(spec.seed, "learn/split", index)
+        sides.append(validation_side(rows, generator, spec.validation_block).astype(np.int8))
+    total = sum(map(len, sides))
     if spec.samples is not None:
-        if len(columns[0]) < spec.samples:
-            raise UserError(f"{spec.name}: {spec.samples} samples wanted, the shards hold {len(columns[0])}")
-        kept = _subset(columns[2], spec.samples, stream(spec.seed, "learn/samples"))
-        columns = [values[kept] for values in columns]
-    if columns[2].all() or not columns[2].any():
-        raise UserError(f"{spec.name}: {len(columns[2])} pairs are too few to be split in ten")
-    return Pairs(*columns, *softenings)
+        if total < spec.samples:
+            raise UserError(f"{spec.name}: {spec.samples} samples wanted, the shards hold {total}")
+        ends = np.cumsum([len(side) for side in sides])[:-1]
+        sides = np.split(_subset(np.concatenate(sides), spec.samples, stream(spec.seed, "learn/samples")), ends)
+    pairs = Pairs(spec, tuple(map(str, shards)), tuple(sides), *softenings)
+    counts = pairs.count(TRAINING), pairs.count(VALIDATION)
+    if not all(counts):
+        raise UserError(f"{spec.name}: {sum(counts)} pairs are too few to be split in ten")
+    return pairs
 
 
-def _scale(values: np.ndarray) -> np.ndarray:
-    """Return the standard deviation of columns, 1 for those that do not vary."""
-    deviation = values.std(axis=0, dtype=float)
-    floor = 1e-6 * np.abs(values).max(axis=0)  # rounding noise of a constant is no variation
-    return np.where(deviation > floor, deviation, 1.0)
+def _softening(spec: TrainingSpec, columns: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
+    """Return the spec's softening of each column of a matrix that joins `names`."""
+    widths = [columns[name].shape[1] if columns[name].ndim == 2 else 1 for name in names]
+    return np.repeat([spec.softening.get(name, 0.0) for name in names], widths).astype(np.float32)
 
 
-def normalisation(pairs: Pairs) -> dict[str, np.ndarray]:
-    """Return means and scales from the training side, in the form of `FeedForward.normalisation`."""
-    training = ~pairs.validation
-    inputs = soften(pairs.inputs, pairs.softening)[training]
-    outputs = soften(pairs.outputs, pairs.output_softening)[training]
+class Moments:
+    """Mean, variance and largest size of columns whose rows come in parts (Chan, Golub & LeVeque 1983).
+
+    Attributes
+    ----------
+    count : int
+        Rows so far.
+    mean : ndarray, (width,)
+        Their mean.
+    largest : ndarray, (width,)
+        The largest absolute value.
+    """
+
+    def __init__(self):
+        self.count, self.mean, self.largest, self._squares = 0, 0.0, 0.0, 0.0
+
+    def add(self, values: np.ndarray) -> None:
+        """Take in rows, (n, width)."""
+        if not len(values):
+            return
+        mean = values.mean(axis=0, dtype=float)
+        total, gap = self.count + len(values), mean - self.mean
+        squares = np.square(values - mean).sum(axis=0)
+        self._squares = self._squares + squares + gap**2 * (self.count * len(values) / total)
+        self.mean = self.mean + gap * (len(values) / total)
+        self.largest = np.maximum(self.largest, np.abs(values).max(axis=0))
+        self.count = total
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Variance of the columns, (width,)."""
+        return self._squares / self.count
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Standard deviation of the columns, 1 for those that do not vary, (width,)."""
+        deviation = np.sqrt(self.variance)
+        floor = 1e-6 * self.largest  # rounding noise of a constant is no variation
+        return np.where(deviation > floor, deviation, 1.0)
+
+
+def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
+    """Read all pairs once.
+
+    Returns
+    -------
+    normalisation : dict of str to ndarray of float32
+        Means and scales of the training side, in the form of `FeedForward.normalisation`.
+    digest : str
+        SHA-256 (hex) of everything that training sees.
+
+    Raises
+    ------
+    UserError
+        See `Pairs.blocks`.
+    """
+    inputs, outputs, limit, total = Moments(), Moments(), 0.0, hashlib.sha256()
+    for block in pairs.blocks():
+        chosen = block.side == TRAINING
+        inputs.add(soften(block.inputs, pairs.softening)[chosen])
+        outputs.add(soften(block.outputs, pairs.output_softening)[chosen])
+        limit = np.maximum(limit, np.abs(block.outputs[chosen]).max(axis=0, initial=0.0))
+        for values in (block.inputs, block.outputs, block.side):
+            total.update(str(values.shape).encode())
+            total.update(np.ascontiguousarray(values))
+    for values in (pairs.softening, pairs.output_softening):
+        total.update(values)
     values = {
         "input_softening": pairs.softening,
-        "input_mean": inputs.mean(axis=0, dtype=float),
-        "input_scale": _scale(inputs),
+        "input_mean": inputs.mean,
+        "input_scale": inputs.scale,
         "output_softening": pairs.output_softening,
-        "output_mean": outputs.mean(axis=0, dtype=float),
-        "output_scale": _scale(outputs),
-        "output_limit": np.where(pairs.output_softening > 0, np.abs(pairs.outputs[training]).max(axis=0), 0.0),
+        "output_mean": outputs.mean,
+        "output_scale": outputs.scale,
+        "output_limit": np.where(pairs.output_softening > 0, limit, 0.0),
     }
-    return {name: value.astype(np.float32) for name, value in values.items()}
+    return {name: value.astype(np.float32) for name, value in values.items()}, total.hexdigest()
 
 
-def normalise(pairs: Pairs, factors: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the normalised inputs (n, n_in) and outputs (n, n_out), float32."""
-    inputs = (soften(pairs.inputs, factors["input_softening"]) - factors["input_mean"]) / factors["input_scale"]
-    outputs = (soften(pairs.outputs, factors["output_softening"]) - factors["output_mean"]) / factors["output_scale"]
-    return inputs, outputs
+def normalise(block: Block, factors: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the normalised pairs, inputs first, (n, n_in + n_out) float32."""
+    inputs = (soften(block.inputs, factors["input_softening"]) - factors["input_mean"]) / factors["input_scale"]
+    outputs = (soften(block.outputs, factors["output_softening"]) - factors["output_mean"]) / factors["output_scale"]
+    return np.concatenate([inputs, outputs], axis=1)

@@ -1,4 +1,4 @@
-"""What Appendix A of Nakada 2018 found about shapes and depths, checked on our own trainings.
+"""What the papers found about shapes, depths and widths (their Appendices A), checked on our own trainings.
 
 Epochs to converge: the first epoch (interpolated) whose validation MSE is within 5 % of the best of
 the table's worst net, a level that every net of the table reaches. Time per epoch: the median over
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from anthro import cli
+from anthro import cli, registry
 from anthro.errors import UserError
 from anthro.files import write_json
 from anthro.learn.curves import Trial, common_level, read_table
@@ -47,10 +47,10 @@ def by_number(trials: list[Trial], known: Sequence[tuple[int, ...]]) -> dict[int
     return {number: found[hidden] for number, hidden in enumerate(known, start=1)}
 
 
-def _rows(item: str, source: str, statements: Sequence[tuple]) -> list[dict]:
+def _rows(item: str, source: str, statements: Sequence[tuple], paper: str = "nakada2018") -> list[dict]:
     return [
         {
-            "paper": "nakada2018",
+            "paper": paper,
             "item": item,
             "metric": metric,
             "value": round(float(value), 6),
@@ -173,10 +173,25 @@ def learning_rate_findings(trials: list[Trial]) -> list[dict]:
     return _rows("learning rates", "Sec. 5, footnote 1", (*unexplained, (*reading, "max", 0.5)))
 
 
+def core_width_findings(trials: list[Trial]) -> list[dict]:
+    """Check what Zhou 2021 says of 300 against 600 units a hidden layer of the core's nets."""
+    best = {trial.row: trial.best for trial in trials}
+    wanted = [f"{role}_{width}" for role in ("voluntary", "reflex") for width in (300, 600)]
+    if missing := [row for row in wanted if row not in best]:
+        raise UserError(f"core widths not trained: {', '.join(missing)}")
+    ratio = {role: best[f"{role}_600"] / best[f"{role}_300"] for role in ("voluntary", "reflex")}
+    statements = (
+        ("voluntary net, 600 does better: MSE over that of 300", ratio["voluntary"], "ratio", "max", 1),
+        ("reflex net, not obvious: MSE of 600 over that of 300", ratio["reflex"], "ratio", "info", None),
+    )
+    return _rows("Fig. 15", "App. A", statements, "zhou2021")
+
+
 CHECKS: dict[str, Callable[[list[Trial]], list[dict]]] = {
     "shapes": shape_findings,
     "depths": depth_findings,
     "learning_rates": learning_rate_findings,
+    "core_widths": core_width_findings,
 }
 
 
@@ -186,9 +201,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--run", required=True, metavar="DIR", help="the run's folder, results/<run>")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for rows.json")
     given = parser.parse_args(argv)
-    rows = [row for table, check in CHECKS.items() for row in check(read_table(given.run, table))]
+    rows = [row for table in registry.ABLATIONS for row in CHECKS[table](read_table(given.run, table))]
     write_json(Path(given.out) / "rows.json", rows)
-    print(f"{given.run}: {len(rows)} statements of Appendix A checked")
+    print(f"{given.run}: {len(rows)} statements of the papers checked")
 
 
 if __name__ == "__main__":

@@ -36,12 +36,15 @@ class Network(nn.Module):
 
     @property
     def units(self) -> int:
-        """Number of units, input and output layer included."""
+        """Number of units, input and output layer included.
+
+        Counted so, the core's two nets (446-6x600-443, 886-6x600-443) have the 9,418 units of Zhou 2021, Sec. 3.
+        """
         return sum(self.sizes)
 
     @property
     def weights(self) -> int:
-        """Number of weights, biases not counted."""
+        """Number of weights, biases not counted (the core's two nets: the 4,930,800 of Zhou 2021, Sec. 3)."""
         return sum(layer.weight.numel() for layer in self.layers)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
@@ -50,23 +53,8 @@ class Network(nn.Module):
             x = torch.relu(layer(x))
         return self.layers[-1](x)
 
-    def copy_from(self, source: FeedForward) -> None:
-        """Take over the weights of a network of the same sizes.
-
-        Raises
-        ------
-        ValueError
-            When the sizes differ.
-        """
-        if source.sizes != self.sizes:
-            raise ValueError(f"sizes {source.sizes} are not {self.sizes}")
-        with torch.no_grad():
-            for layer, matrix, bias in zip(self.layers, source.matrices, source.biases, strict=True):
-                layer.weight.copy_(torch.from_numpy(matrix))
-                layer.bias.copy_(torch.from_numpy(bias))
-
     def export(self, normalisation: dict[str, np.ndarray] | None = None, attrs: dict | None = None) -> FeedForward:
         """Return the network for use online, with the given normalisation and attributes."""
-        matrices = [layer.weight.detach().numpy().copy() for layer in self.layers]
-        biases = [layer.bias.detach().numpy().copy() for layer in self.layers]
+        matrices = [layer.weight.detach().cpu().numpy().copy() for layer in self.layers]
+        biases = [layer.bias.detach().cpu().numpy().copy() for layer in self.layers]
         return FeedForward(matrices, biases, normalisation, attrs)

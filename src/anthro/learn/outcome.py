@@ -1,43 +1,73 @@
-"""What each net of a run came to, as rows of the scorecard: unexplained variance, epochs, pairs."""
+"""What each net of a run came to, as rows of the scorecard, with the epochs of the paper's net beside ours."""
 
 import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from anthro import cli
+from anthro import cli, registry
+from anthro.errors import UserError
 from anthro.files import read_json, write_json
 
-# Nakada 2018: the right arm's voluntary net converged after 1777 epochs, reflex nets after 1200 to 1600.
-PAPER_EPOCHS = {"voluntary": "1777 epochs (Sec. 5.1.2)", "reflex": "1200-1600 epochs (Sec. 5.2)"}
+# Epochs to converge, by paper, role and limb; None stands for every limb that is not named.
+PAPER_EPOCHS = {
+    ("nakada2018", "voluntary", "neck_seated"): (2000, "Sec. 5.1.1"),
+    ("nakada2018", "voluntary", "left_arm"): (1865, "Sec. 5.1.2"),
+    ("nakada2018", "voluntary", "right_arm"): (1777, "Sec. 5.1.2"),
+    ("nakada2018", "voluntary", "left_leg"): (2000, "Sec. 5.1.2"),
+    ("nakada2018", "voluntary", "right_leg"): (1850, "Sec. 5.1.2"),
+    ("nakada2018", "reflex", None): ("1200-1600", "Sec. 5.2"),
+    ("zhou2021", "voluntary", "core"): (2000, "Fig. 5a, end of its axis"),
+    ("zhou2021", "reflex", "core"): (1200, "Fig. 5b, end of its axis"),
+}
 
 
-def rows_of(net: str, cards: Sequence[dict]) -> list[dict]:
-    """Rows of one net from its run cards, one a round of aggregation, oldest first."""
-    role = "reflex" if net.endswith("_reflex") else "voluntary"
-    last, source = cards[-1], f"the paper: {PAPER_EPOCHS[role]}"
+def paper_epochs(net: registry.Net) -> tuple[int | str | None, str]:
+    """Return the epochs that the paper's net took, and where it says so; None where it does not."""
+    for limb in (net.limb, None):
+        if found := PAPER_EPOCHS.get((net.paper, net.role, limb)):
+            return found
+    return None, "not given in the paper"
+
+
+def rows_of(name: str, cards: Sequence[dict]) -> list[dict]:
+    """Rows of one net from its run cards, one a round of aggregation, oldest first.
+
+    Raises
+    ------
+    UserError
+        When the registry does not know the net.
+    """
+    if name not in registry.NETS:
+        raise UserError(f"unknown net {name!r}; known: {', '.join(registry.NETS)}")
+    net, last = registry.NETS[name], cards[-1]
+    epochs, source = paper_epochs(net)
     values = (
-        ("unexplained variance, validation pairs", last["best"]["unexplained_variance"], "ratio"),
-        ("normalised validation MSE", last["best"]["validation_mse"], "ratio"),
-        ("epochs over all rounds", sum(card["epochs"] for card in cards), "epochs"),
-        ("training pairs, last round", last["pairs"]["training"], "pairs"),
-        ("weights, biases not counted", last["weights"], "1"),
+        ("unexplained variance, validation pairs", last["best"]["unexplained_variance"], "ratio", None, ""),
+        ("normalised validation MSE", last["best"]["validation_mse"], "ratio", None, ""),
+        ("epochs over all rounds", sum(card["epochs"] for card in cards), "epochs", epochs, source),
+        ("training pairs, last round", last["pairs"]["training"], "pairs", None, ""),
+        ("weights, biases not counted", last["weights"], "1", None, ""),
     )
-    fixed = {"paper": last["spec"]["paper"], "item": net, "target": None, "sense": "info", "source": source}
-    return [fixed | {"metric": metric, "value": value, "unit": unit} for metric, value, unit in values]
+    keys = ("metric", "value", "unit", "target", "source")
+    fixed = {"paper": net.paper, "item": name, "sense": "info"}
+    return [fixed | dict(zip(keys, row, strict=True)) for row in values]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Write the rows of all nets whose run cards are given."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cards", required=True, nargs="+", type=Path, metavar="FILE", help="run cards, oldest first")
     parser.add_argument("--out", required=True, type=Path, metavar="FILE", help="rows.json")
     given = parser.parse_args(argv)
     nets: dict[str, list[dict]] = {}
     for path in given.cards:
         card = read_json(path)
-        nets.setdefault(card["spec"]["name"], []).append(card)
-    write_json(given.out, [row for net, cards in nets.items() for row in rows_of(net, cards)])
+        try:
+            nets.setdefault(card["spec"]["name"], []).append(card)
+        except (KeyError, TypeError):
+            raise UserError(f"{path}: not the card of a training") from None
+    write_json(given.out, [row for name, cards in nets.items() for row in rows_of(name, cards)])
 
 
 if __name__ == "__main__":

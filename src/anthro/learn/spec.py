@@ -8,6 +8,7 @@ from anthro.errors import UserError
 from anthro.files import digest, read_json
 
 SCHEDULES = ("constant", "cosine")
+STARTS = ("he", "linear")
 COSINE_FLOOR = 0.01
 
 
@@ -35,6 +36,8 @@ class TrainingSpec:
         Training stops after so many successive epochs without gain.
     schedule : {"constant", "cosine"}
         Constant as in the paper, or falling to 1 % over `epochs` along half a cosine.
+    start : {"he", "linear"}
+        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear`.
     softening : dict of str to float
         Scale s of ``asinh(x / s)`` for input and output columns, in the column's unit. Softened
         labels make the loss relative: small adjustments near the target count as much as large ones.
@@ -56,6 +59,7 @@ class TrainingSpec:
     seed: int
     patience: int = 10
     schedule: str = "constant"
+    start: str = "he"
     softening: dict[str, float] = field(default_factory=dict)
     samples: int | None = None
     validation_block: int = 1
@@ -88,6 +92,7 @@ CHECKS = {
     "seed": (lambda v: type(v) is int and v >= 0, "an integer, at least 0"),
     "patience": (_positive_int, "a positive integer"),
     "schedule": (lambda v: v in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
+    "start": (lambda v: v in STARTS, f"one of {', '.join(STARTS)}"),
     "softening": (
         lambda v: isinstance(v, dict) and all(type(s) in (int, float) and s >= 0 for s in v.values()),
         "a scale, at least 0, for each column named",
@@ -134,4 +139,4 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
     return TrainingSpec(**plain, digest=digest(content)), content
 
 
-OPTIONAL = ("patience", "schedule", "softening", "samples", "validation_block")
+OPTIONAL = ("patience", "schedule", "start", "softening", "samples", "validation_block")

@@ -9,12 +9,12 @@ epoch's end. ``unexplained_variance`` is the validation MSE over the variance of
 labels, both summed over outputs in the labels' own units.
 
 Every random draw comes from a stream named by the seed and the epoch, so that a training that was
-killed and taken up again ends with the same bytes as one that was not (given the same threads).
+killed and taken up again ends with the same bytes as one that was not (given the same threads and
+the same device).
 """
 
 import argparse
 import csv
-import hashlib
 import math
 import os
 import sys
@@ -29,8 +29,11 @@ from anthro import cli
 from anthro.errors import UserError
 from anthro.files import atomic, canonical, digest
 from anthro.learn import checkpoint
-from anthro.learn.data import Pairs, load_pairs, normalisation, normalise
+from anthro.learn.data import Moments, find_pairs, survey
+from anthro.learn.device import DEVICES, choose_device, repeatable
+from anthro.learn.linear import start_linear
 from anthro.learn.networks import Network
+from anthro.learn.rows import Rows
 from anthro.learn.spec import TrainingSpec, read_spec
 from anthro.motor.network import FeedForward, harden, reach_of
 from anthro.progress import progress
@@ -38,7 +41,6 @@ from anthro.runcard import RunCard
 from anthro.streams import stream
 
 COLUMNS = ("epoch", "train_mse", "validation_mse", "unexplained_variance", "learning_rate", "seconds")
-CHUNK = 4096  # validation pairs at once
 
 
 class Training:
@@ -48,10 +50,8 @@ class Training:
     ----------
     spec : TrainingSpec
         What is asked for.
-    pairs : Pairs
-        The data set.
-    initial : FeedForward, optional
-        Weights and normalisation to start from, instead of He's weights and the data's normalisation.
+    rows : Rows
+        The data set, normalised, and the device to train on.
 
     Attributes
     ----------
@@ -59,26 +59,27 @@ class Training:
         One row of ``loss.csv`` an epoch.
     best : dict
         ``epoch``, ``validation_mse``, ``validation_mse_physical``, ``unexplained_variance``,
-        ``unexplained_variance_per_output`` and ``weights`` of the best epoch; empty before the first.
+        ``unexplained_variance_per_output`` and ``weights`` of the best epoch; 0 is a linear start, and it is empty
+        before the first epoch of any other.
     """
 
-    def __init__(self, spec: TrainingSpec, pairs: Pairs, initial: FeedForward | None = None):
-        self.spec = spec
-        self.normalisation = initial.normalisation if initial else normalisation(pairs)
-        inputs, outputs = normalise(pairs, self.normalisation)
-        self.training, self.validation = (
-            (torch.from_numpy(inputs[side]), torch.from_numpy(outputs[side]))
-            for side in (~pairs.validation, pairs.validation)
-        )
-        sizes = (inputs.shape[1], *spec.hidden, outputs.shape[1])
-        self.network = Network(sizes, stream(spec.seed, "learn/initial"))
-        if initial:
-            self.network.copy_from(initial)
+    def __init__(self, spec: TrainingSpec, rows: Rows):
+        self.spec, self.rows = spec, rows
+        self.network = Network((rows.n_in, *spec.hidden, rows.n_out), stream(spec.seed, "learn/initial"))
+        if spec.start == "linear":
+            start_linear(self.network, rows)
+        self.network.to(rows.device)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=spec.learning_rate, betas=(0.9, 0.999), fused=True
         )
+        labels = Moments()
+        for _, y in rows.held_out():
+            labels.add(self._physical(y))
+        self._variance = labels.variance
         self.history: list[dict] = []
         self.best: dict = {}
+        if spec.start == "linear":
+            self._remember(0, self.validate())
 
     @property
     def finished(self) -> bool:
@@ -105,53 +106,50 @@ class Training:
         row["seconds"] = time.perf_counter() - started
         self.history.append({name: row[name] for name in COLUMNS})
         if not self.best or scores["validation_mse"] < self.best["validation_mse"]:
-            weights = {name: value.clone() for name, value in self.network.state_dict().items()}
-            self.best = {"epoch": epoch, "weights": weights} | scores
+            self._remember(epoch, scores)
+
+    def _remember(self, epoch: int, scores: dict) -> None:
+        weights = {name: value.to("cpu", copy=True) for name, value in self.network.state_dict().items()}
+        self.best = {"epoch": epoch, "weights": weights} | scores
 
     def _pass(self, epoch: int, rate: float) -> float:
         """Take every training pair once, in the epoch's order; return the mean loss."""
-        inputs, outputs = self.training
         for group in self.optimiser.param_groups:
             group["lr"] = rate
-        order = torch.from_numpy(stream(self.spec.seed, "learn/order", epoch).permutation(len(inputs)))
-        total = 0.0
-        for batch in order.split(self.spec.batch_size):
+        order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
+        total = torch.zeros((), dtype=torch.float64, device=self.rows.device)
+        for inputs, outputs in self.rows.batches(order, self.spec.batch_size):
             self.optimiser.zero_grad(set_to_none=True)
-            predicted = self.network(inputs.index_select(0, batch))
-            loss = torch.nn.functional.mse_loss(predicted, outputs.index_select(0, batch))
+            loss = torch.nn.functional.mse_loss(self.network(inputs), outputs)
             loss.backward()
             self.optimiser.step()
-            total += loss.item() * len(batch)
-        return total / len(inputs)
+            total += loss.detach().double() * len(inputs)
+        return total.item() / self.rows.training
 
     @torch.no_grad()
     def validate(self) -> dict:
         """Return the validation side's errors (the numbers of `best`)."""
-        inputs, outputs = self.validation
-        squared = np.zeros(outputs.shape[1])
-        squared_physical = np.zeros(outputs.shape[1])
-        for x, y in zip(inputs.split(CHUNK), outputs.split(CHUNK), strict=True):
-            predicted = self.network(x)
-            squared += (predicted - y).double().square().sum(0).numpy()
-            gap = self._physical(predicted) - self._physical(y)
-            squared_physical += np.square(gap).sum(axis=0)
-        mse, mse_physical = squared / len(inputs), squared_physical / len(inputs)
-        variance = self._physical(outputs).var(axis=0)
-        total = variance.sum()
+        squared, squared_physical = np.zeros((2, self.rows.n_out))
+        for inputs, outputs in self.rows.held_out():
+            predicted = self.network(inputs)
+            squared += (predicted - outputs).double().square().sum(0).cpu().numpy()
+            squared_physical += np.square(self._physical(predicted) - self._physical(outputs)).sum(axis=0)
+        mse, mse_physical = squared / self.rows.validation, squared_physical / self.rows.validation
+        total = self._variance.sum()
         return {
             "validation_mse": float(mse.mean()),
             "validation_mse_physical": float(mse_physical.mean()),
             "unexplained_variance": float(mse_physical.sum() / total) if total else math.nan,
             "unexplained_variance_per_output": [
                 float(error / spread) if spread else None
-                for error, spread in zip(mse_physical, variance, strict=True)
+                for error, spread in zip(mse_physical, self._variance, strict=True)
             ],
         }
 
     def _physical(self, outputs: torch.Tensor) -> np.ndarray:
         """Turn normalised outputs into the labels' own units, float64."""
-        factors = self.normalisation
-        values = outputs.numpy().astype(float) * factors["output_scale"] + factors["output_mean"]
+        factors = self.rows.factors
+        values = outputs.cpu().numpy().astype(float) * factors["output_scale"] + factors["output_mean"]
         softening = factors["output_softening"]
         return harden(values, softening, reach_of(softening, factors["output_limit"]))
 
@@ -176,7 +174,7 @@ class Training:
         network.load_state_dict(self.best["weights"])
         attrs = {"name": self.spec.name, "spec": canonical(content), "spec_digest": self.spec.digest}
         attrs |= {name: self.best[name] for name in ("epoch", "validation_mse", "unexplained_variance")}
-        return network.export(self.normalisation, attrs)
+        return network.export(self.rows.factors, attrs)
 
 
 def write_history(path: str | os.PathLike, history: Sequence[dict]) -> None:
@@ -221,27 +219,13 @@ def _rescue(training: Training, folder: str | os.PathLike | None) -> str:
     return f"; the best weights so far, of epoch {training.best['epoch']}, are kept in {path}"
 
 
-def load_initial(path: str | os.PathLike, pairs: Pairs, spec: TrainingSpec) -> FeedForward:
-    """Read the network to start from.
-
-    Raises
-    ------
-    UserError
-        Naming the file, when it is no network of the sizes that `spec` and `pairs` ask for.
-    """
-    initial = FeedForward.load(path, pairs.inputs.shape[1], pairs.outputs.shape[1])
-    if initial.sizes[1:-1] != spec.hidden:
-        raise UserError(f"{path}: hidden layers {list(initial.sizes[1:-1])}, but {list(spec.hidden)} are wanted")
-    return initial
-
-
 def train(
     spec_path: str | os.PathLike,
     shards: Sequence[str | os.PathLike],
     out: str | os.PathLike,
-    initial_path: str | os.PathLike | None = None,
     state_folder: str | os.PathLike | None = None,
     threads: int = 1,
+    device: str = "auto",
 ) -> FeedForward:
     """Train one network and write ``weights.h5``, ``loss.csv`` and ``run_card.json``.
 
@@ -253,12 +237,13 @@ def train(
         Training pairs, oldest round of aggregation first.
     out : path-like
         Folder of the results.
-    initial_path : path-like, optional
-        ``weights.h5`` whose weights and normalisation are the start.
     state_folder : path-like, optional
-        Folder of resume files; a state of another spec, data or start is ignored.
+        Folder of resume files; a state of another spec, data or device is ignored. The
+        normalised pairs lie there too while the training runs (in `out`, if it is not given).
     threads : int
         Threads of the matrix products; the result depends on it in the last bits.
+    device : {"auto", "cpu", "cuda"}
+        Where to compute; "auto" takes a GPU if there is one. The result depends on it in the last bits.
 
     Returns
     -------
@@ -268,32 +253,27 @@ def train(
     Raises
     ------
     UserError
-        On a bad spec, shard or start, and when a loss is not finite.
+        On a bad spec, shard or device, and when a loss is not finite.
     OSError
         When a file cannot be written; what was finished before stays.
     """
-    if threads < 1:
-        raise UserError(f"threads: {threads} is not a positive integer")
-    torch.set_num_threads(threads)
-    torch.use_deterministic_algorithms(True)
-    torch.set_flush_denormal(True)
+    place = choose_device(device)
     spec, content = read_spec(spec_path)
     out = Path(out)
-    with RunCard(out / "run_card.json", spec=content, seed=spec.seed) as card:
-        pairs = load_pairs(spec, shards)
-        initial = load_initial(initial_path, pairs, spec) if initial_path else None
-        start = hashlib.sha256(Path(initial_path).read_bytes()).hexdigest() if initial_path else None
-        data = pairs.digest()
-        training = Training(spec, pairs, initial)
-        run_epochs(training, state_folder, digest([spec.digest, data, start, torch.__version__]))
+    told = RunCard(out / "run_card.json", spec=content, seed=spec.seed, device=place.type)
+    with repeatable(threads), told as card:
+        pairs = find_pairs(spec, shards)
+        factors, data = survey(pairs)
+        rows = Rows(pairs, factors, state_folder or out, place)
+        training = Training(spec, rows)
+        run_epochs(training, state_folder, digest([spec.digest, data, place.type, torch.__version__]))
         network = training.result(content)
         network.save(out / "weights.h5")
         write_history(out / "loss.csv", training.history)
         card.note(
             data_digest=data,
-            initial_digest=start,
             threads=threads,
-            pairs={"training": len(training.training[0]), "validation": len(training.validation[0])},
+            pairs={"training": rows.training, "validation": rows.validation},
             units=network.units,
             weights=network.weights,
             epochs=len(training.history),
@@ -312,11 +292,11 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--spec", required=True, metavar="FILE", help="what to train (JSON)")
     parser.add_argument("--shards", required=True, nargs="+", metavar="FILE", help="training pairs, oldest round first")
     parser.add_argument("--out", required=True, metavar="DIR", help="for weights.h5, loss.csv, run_card.json")
-    parser.add_argument("--initial", metavar="WEIGHTS", help="start from these weights and their normalisation")
     parser.add_argument("--state", metavar="DIR", help="resume files; a killed training goes on from there")
     parser.add_argument("--threads", type=int, default=1, help="threads of the matrix products (default 1)")
+    parser.add_argument("--device", choices=DEVICES, default="auto", help="where to compute (default: a GPU if any)")
     given = parser.parse_args(argv)
-    network = train(given.spec, given.shards, given.out, given.initial, given.state, given.threads)
+    network = train(given.spec, given.shards, given.out, given.state, given.threads, given.device)
     attrs = network.attrs
     print(
         f"{attrs['name']}: {network.n_in} inputs, {network.n_out} outputs, {network.weights} weights; "

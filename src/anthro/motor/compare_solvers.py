@@ -37,8 +37,7 @@ NECK = "neck size, in reach"
 REPEATS = 3
 FAILED = 1e-3  # the minimiser is unique: activations further off than this are no solution
 COLUMNS = (
-    "group solver problems failed median_us p95_us median_residual max_residual "
-    "median_distance max_distance"
+    "group solver problems failed median_us p95_us median_residual max_residual median_distance max_distance"
 ).split()
 
 
@@ -80,9 +79,7 @@ def problems(body, count, rng, spread) -> list[Problem]:
         q = middle + 0.7 * width * (rng.random(middle.size) - 0.5)
         acceleration = spread * rng.normal(size=q.size)
         near = q + 0.005 * rng.normal(size=q.size)
-        drawn.append(
-            Problem(*torques(simulator, q, acceleration), *torques(simulator, near, acceleration))
-        )
+        drawn.append(Problem(*torques(simulator, q, acceleration), *torques(simulator, near, acceleration)))
     return drawn
 
 
@@ -196,10 +193,7 @@ def compare(group, drawn, slack) -> list[dict]:
 
 def joint_by_joint(drawn) -> float:
     """Median torque error [N m] when every joint's agonists and antagonists are solved alone."""
-    errors = [
-        np.abs(p.A @ effort.agonists_by_joint(p.A, p.b, np.full(p.A.shape[1], TONE)) - p.b).max()
-        for p in drawn
-    ]
+    errors = [np.abs(p.A @ effort.agonists_by_joint(p.A, p.b, np.full(p.A.shape[1], TONE)) - p.b).max() for p in drawn]
     return float(np.median(errors))
 
 
@@ -263,9 +257,7 @@ def main(argv=None) -> None:
     parser = argparse.ArgumentParser(prog="anthro.motor.compare_solvers", description=__doc__)
     parser.add_argument("--body", type=Path, required=True, help="folder of the built body")
     parser.add_argument("--seed", type=int, default=1, help="the run's seed (1)")
-    parser.add_argument(
-        "--problems", type=int, default=200, help="problems of each arm group (200)"
-    )
+    parser.add_argument("--problems", type=int, default=200, help="problems of each arm group (200)")
     parser.add_argument("--out", type=Path, required=True, help="folder to write")
     args = parser.parse_args(argv)
     if args.problems < 1 or args.seed < 0:
@@ -287,13 +279,9 @@ def main(argv=None) -> None:
             table += compare(group, drawn, SOFT_SLACK if "out of reach" in group else 0.0)
         split_error = joint_by_joint(groups["arm, in reach"])
         write_table(args.out / "solver_comparison.csv", table)
-        write_json(
-            args.out / "metrics.json", {"solvers": table, "joint_by_joint_error": split_error}
-        )
+        write_json(args.out / "metrics.json", {"solvers": table, "joint_by_joint_error": split_error})
         write_json(args.out / "rows.json", scorecard_rows(table, split_error))
-        card.note(
-            solvers={name: metadata.version(name) for name in ("proxsuite", "daqp", "piqp", "osqp")}
-        )
+        card.note(solvers={name: metadata.version(name) for name in ("proxsuite", "daqp", "piqp", "osqp")})
     print(f"{'':22}{'':24}{'median':>9}{'p95':>9} us {'residual':>10} N m {'distance':>9}  failed")
     for row in table:
         print(

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from anthro.body.simulator import Simulator
+from anthro.motor.limb import Limb
 from anthro.motor.network import FeedForward
 from anthro.motor.reflex import accumulate, activation
 
@@ -19,41 +21,39 @@ class NeuromuscularController:
 
     Parameters
     ----------
+    limb : what it senses and moves.
     voluntary : network of (offset, drive) or, ``proprioceptive``, (offset, drive, strain).
     reflex : network of (strain change, strain rate change); None switches the reflex off.
     """
 
-    def __init__(self, voluntary: FeedForward, reflex: FeedForward | None):
-        self.voluntary, self.reflex = voluntary, reflex
-        n = voluntary.n_out
-        self.proprioceptive = voluntary.n_in == 3 + 2 * n
-        self.drive = np.zeros(n)
-        self._silent = np.zeros(n)
+    def __init__(self, limb: Limb, voluntary: FeedForward, reflex: FeedForward | None):
+        self.limb, self.voluntary, self.reflex = limb, voluntary, reflex
+        self.proprioceptive = voluntary.n_in == limb.width + 2 * limb.size
+        self.drive = np.zeros(limb.size)
+        self._silent = np.zeros(limb.size)
 
     @classmethod
-    def load(cls, voluntary, reflex, muscles: int, inputs: str) -> NeuromuscularController:
+    def load(cls, limb: Limb, voluntary, reflex, inputs: str) -> NeuromuscularController:
         """Load both networks from their files; UserError when a shape does not fit."""
-        width = 3 + muscles * (2 if inputs == "proprioceptive" else 1)
-        reflex_net = reflex and FeedForward.load(reflex, inputs=2 * muscles, outputs=muscles)
-        return cls(FeedForward.load(voluntary, inputs=width, outputs=muscles), reflex_net)
+        width = limb.width + limb.size * (2 if inputs == "proprioceptive" else 1)
+        reflex_net = reflex and FeedForward.load(reflex, inputs=2 * limb.size, outputs=limb.size)
+        return cls(limb, FeedForward.load(voluntary, inputs=width, outputs=limb.size), reflex_net)
 
-    def reset(self, simulator, drive=None) -> None:
+    def reset(self, simulator: Simulator, drive=None) -> None:
         """Begin at the simulator's state with neural drive (n,), zero when None."""
         self.drive = np.zeros_like(self.drive) if drive is None else np.array(drive, float)
-        self._strain, self._rate = simulator.strain, simulator.strain_rate
+        self._strain, self._rate = self.limb.strains(simulator)
 
-    def activation(self, simulator, target) -> np.ndarray:
-        """Activations (n,) for the next control step towards ``target`` (3,) m (Eq. 1).
+    def activation(self, simulator: Simulator, target) -> np.ndarray:
+        """Activations (n,) of the limb's muscles for the next control step towards ``target`` (Eq. 1).
 
-        The controller senses the hand's offset from the target, its own drive, strains and strain
-        rates; nothing else of the simulator is read.
+        The controller senses its limb's discrepancy from the target, its own drive, strains and strain rates; nothing
+        else of the simulator is read.
         """
-        strain, rate = simulator.strain, simulator.strain_rate
-        offset = target - simulator.hand_position
-        return self.control(offset, strain, rate)
+        return self.control(self.limb.offset(simulator.data, target), *self.limb.strains(simulator))
 
     def control(self, offset, strain, strain_rate) -> np.ndarray:
-        """One control step from offset (3,) m, strain (n,) and strain rate (n,) 1/s."""
+        """One control step from offset (width,) m or rad, strain (n,) and strain rate (n,) 1/s."""
         sensed = [offset, self.drive, strain] if self.proprioceptive else [offset, self.drive]
         voluntary = self.voluntary.predict(np.concatenate(sensed))
         adjustment = self._silent

@@ -18,15 +18,16 @@ measured.
 drive = tone + A^T y is the unclipped neural drive: at most 0 for a silent muscle, at least 1 for a
 saturated one. The dual of
 
-    minimise  1/2 |a - tone|^2 + 1/(2 slack) |S (A a - b)|^2,   0 <= a <= 1,
+    minimise  1/2 |a - tone|^2 + 1/2 |slack^(-1/2) S (A a - b)|^2,   0 <= a <= 1,
 
 S scaling the rows of A to unit length, is to minimise without constraints the strictly convex,
-piecewise quadratic  psi(y) = sum_i Phi(drive_i) - b.y + slack/2 |y|^2  with Phi' = clip (y and b
-scaled likewise). A small `slack` leaves feasible problems exact to about 1e-6 N m. Torques that the
-muscles cannot make get the activations nearest to them, every joint's shortfall measured against
-that joint's strength, and y stays finite (at most shortfall / slack).
+piecewise quadratic  psi(y) = sum_i Phi(drive_i) - b.y + 1/2 y.slack y  with Phi' = clip (y and b
+scaled likewise; slack may differ from row to row). A small `slack` leaves feasible problems exact
+to about 1e-6 N m. Torques that the muscles cannot make get the activations nearest to them, every
+joint's shortfall measured against that joint's strength, and y stays finite (at most
+shortfall / slack).
 
-**Convergence.** The semismooth Newton matrix S A D A^T S + slack I (D marks muscles strictly
+**Convergence.** The semismooth Newton matrix S A D A^T S + slack (D marks muscles strictly
 between 0 and 1) is positive definite, so every step descends; its length minimises psi exactly, as
 the derivative along the step is piecewise linear. Descent on a strictly convex piecewise quadratic
 reaches the right piece, and there one step is exact.
@@ -116,7 +117,7 @@ def _step_length(drive, direction, offset, curvature):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gradient(columns, drive, torque, y, slack, out):
     for j in range(y.size):
-        out[j] = slack * y[j] - torque[j]
+        out[j] = slack[j] * y[j] - torque[j]
     for i in range(drive.size):
         a = min(max(drive[i], 0.0), 1.0)
         if a > 0.0:
@@ -182,7 +183,7 @@ def solve(A, b, tone, slack, start):
             break
         hessian[:, :] = 0.0
         for j in range(m):
-            hessian[j, j] = slack
+            hessian[j, j] = slack[j]
         for i in range(n):
             if 0.0 < drive[i] < 1.0:
                 for j in range(m):
@@ -197,8 +198,8 @@ def solve(A, b, tone, slack, start):
         offset = 0.0
         curvature = 0.0
         for j in range(m):
-            offset += step[j] * (slack * y[j] - torque[j])
-            curvature += slack * step[j] * step[j]
+            offset += step[j] * (slack[j] * y[j] - torque[j])
+            curvature += slack[j] * step[j] * step[j]
         same_piece = True
         for i in range(n):
             u = drive[i]
@@ -244,7 +245,7 @@ def minimal_effort(A, b, tone, slack=SLACK, start=None):
     A : (m, n) array, joint torque of each muscle at full activation [N m]
     b : (m,) array, joint torques to make [N m]
     tone : (n,) array or float, activations from which effort is measured
-    slack : float, weight of the multiplier in the dual (module docstring). A larger one trades
+    slack : float or (m,) array, weight of the multipliers in the dual (module docstring). A larger one trades
         exactness for a smaller `drive` where torque is hard to reach: the residual is about
         slack * multiplier * strength^2, with strength the norm of the joint's row of A.
     start : (m,) array, optional: the multiplier of a similar problem; fewer steps, same solution
@@ -269,8 +270,9 @@ def minimal_effort(A, b, tone, slack=SLACK, start=None):
     b = _array("b", b, (m,))
     tone = np.full(n, float(tone)) if isinstance(tone, int | float) else _array("tone", tone, (n,))
     start = np.zeros(m) if start is None else _array("start", start, (m,))
-    if not SMALLEST_SLACK <= slack < np.inf:
-        raise UserError(f"minimal effort: slack is {slack}, must be at least {SMALLEST_SLACK}")
+    slack = np.full(m, float(slack)) if isinstance(slack, int | float) else _array("slack", slack, (m,))
+    if not (SMALLEST_SLACK <= slack).all() or not np.isfinite(slack).all():
+        raise UserError(f"minimal effort: slack is {slack.min()}, must be at least {SMALLEST_SLACK}")
     result = Effort(*solve(A, b, tone, slack, start))
     if result.iterations < 0:
         raise UserError("minimal effort: torque matrix, torques, tone or start are not all finite")

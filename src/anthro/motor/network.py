@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numba import njit
 
 from anthro.errors import UserError
 from anthro.files import read_shard, write_shard
@@ -57,6 +58,36 @@ def harden(values: np.ndarray, softening: np.ndarray, reach: np.ndarray) -> np.n
     """
     bent = softening * np.sinh(np.maximum(np.minimum(values, reach), -reach))
     return np.where(softening > 0.0, bent, values)
+
+
+@njit(cache=True, fastmath={"contract"})
+def _layer(columns, bias, inputs, rectified, outputs):
+    """``bias + inputs @ columns`` (n_out,) for one sample, negative values set to 0 where ``rectified``.
+
+    A network online waits for its weights to come from memory: those of inputs that are 0, which half of the rectified
+    units are, are not read.
+    """
+    active, count = np.empty(len(inputs), np.int64), 0
+    for j in range(len(inputs)):
+        if inputs[j] != 0.0:
+            active[count] = j
+            count += 1
+    for i in range(len(outputs)):
+        outputs[i] = bias[i]
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        j0, j1, j2, j3 = active[k], active[k + 1], active[k + 2], active[k + 3]
+        x0, x1, x2, x3 = inputs[j0], inputs[j1], inputs[j2], inputs[j3]
+        for i in range(len(outputs)):
+            outputs[i] += x0 * columns[j0, i] + x1 * columns[j1, i] + x2 * columns[j2, i] + x3 * columns[j3, i]
+    for k in range(whole, count):
+        x0, j0 = inputs[active[k]], active[k]
+        for i in range(len(outputs)):
+            outputs[i] += x0 * columns[j0, i]
+    if rectified:
+        for i in range(len(outputs)):
+            if outputs[i] < 0.0:
+                outputs[i] = 0.0
 
 
 class FeedForward:
@@ -120,11 +151,11 @@ class FeedForward:
         self._soft = np.flatnonzero(self.normalisation["input_softening"])
         self._soft_scale = self.normalisation["input_softening"][self._soft]
         self._mean = self.normalisation["input_mean"]
-        self._hidden = [
-            (matrix, bias, np.empty(len(bias), dtype=np.float32))
-            for matrix, bias in zip(folded[:-1], self.biases[:-1], strict=True)
+        biases = [*self.biases[:-1], last_bias.astype(np.float32)]
+        self._layers = [
+            (np.ascontiguousarray(matrix.T), bias, np.empty_like(bias))
+            for matrix, bias in zip(folded, biases, strict=True)
         ]
-        self._last = folded[-1], last_bias.astype(np.float32)
         self._softening = self.normalisation["output_softening"]
         self._reach = reach_of(self._softening, self.normalisation["output_limit"]).astype(np.float32)
 
@@ -172,18 +203,18 @@ class FeedForward:
         if self._soft.size:
             z[..., self._soft] = np.arcsinh(z[..., self._soft] / self._soft_scale)
         z -= self._mean
-        matrix, last_bias = self._last
+        last = len(self._layers) - 1
         if z.ndim == 1:
-            for hidden, bias, out in self._hidden:
-                np.dot(hidden, z, out=out)
-                out += bias
-                z = np.maximum(out, 0.0, out=out)
-            return self._harden(matrix @ z + last_bias)
-        for hidden, bias, _ in self._hidden:
-            z = z @ hidden.T
+            for index, (columns, bias, out) in enumerate(self._layers):
+                _layer(columns, bias, z, index < last, out)
+                z = out
+            return self._harden(z.copy())
+        for index, (columns, bias, _) in enumerate(self._layers):
+            z = z @ columns
             z += bias
-            np.maximum(z, 0.0, out=z)
-        return self._harden(z @ matrix.T + last_bias)
+            if index < last:
+                np.maximum(z, 0.0, out=z)
+        return self._harden(z)
 
     def _harden(self, y: np.ndarray) -> np.ndarray:
         return harden(y, self._softening, self._reach) if self._reach.any() else y

@@ -64,9 +64,7 @@ def proxqp(problem, slack, warm=False) -> Callable[[], np.ndarray]:
     qp = dense.QP(size, q.e.size, 0, True, dense.HessianType.Diagonal)
     qp.settings.eps_abs, qp.settings.eps_rel = TOLERANCE, 0.0
     initial = proxsuite.proxqp.InitialGuess
-    qp.settings.initial_guess = (
-        initial.WARM_START_WITH_PREVIOUS_RESULT if warm else initial.NO_INITIAL_GUESS
-    )
+    qp.settings.initial_guess = initial.WARM_START_WITH_PREVIOUS_RESULT if warm else initial.NO_INITIAL_GUESS
     qp.init(np.eye(size), -near.c, near.E, near.e, None, None, None, near.low, near.high)
     qp.solve()
 

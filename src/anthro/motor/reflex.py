@@ -25,9 +25,7 @@ def reflex_adjustment(strain_change, strain_rate_change):
     ndarray
         (..., n) adjustment of neural drive.
     """
-    return STRAIN_GAIN * strain_change + STRAIN_RATE_GAIN * np.clip(
-        strain_rate_change, -SATURATION, SATURATION
-    )
+    return STRAIN_GAIN * strain_change + STRAIN_RATE_GAIN * np.clip(strain_rate_change, -SATURATION, SATURATION)
 
 
 def accumulate(drive, voluntary, reflex):

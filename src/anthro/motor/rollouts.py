@@ -11,11 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from anthro.body import Body
 from anthro.body.simulator import DEFAULT_STEP, Simulator
+from anthro.motor.balance import Balance
 from anthro.motor.controller import NeuromuscularController
+from anthro.motor.kinematics import Pose
+from anthro.motor.others import Others
 from anthro.motor.reflex import DRIVE_RANGE, activation
-from anthro.motor.teacher import Teacher, TeacherPolicy
+from anthro.motor.targets import Targets
+from anthro.motor.teacher import TeacherPolicy
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Regimen:
     start_share: float
     target_share: float
     near_target_probability: float
-    near_target_angle: float
+    near_target_spread: float
     slack_probability: float
     drive_noise: tuple[float, ...]
     drive_noise_correlation: float
@@ -37,87 +40,102 @@ class Regimen:
     push_seconds: float
 
 
-def random_pose(body: Body, share: float, rng: np.random.Generator) -> np.ndarray:
-    """Pose (m,) rad, uniform in the middle ``share`` of each joint's range."""
-    low, high = body.q_range.T
-    return 0.5 * (low + high) + 0.5 * share * (high - low) * rng.uniform(-1.0, 1.0, len(low))
-
-
 class Episodes:
     """Generates labelled steps (offset, drive, strain, label) without end.
 
     Parameters
     ----------
-    students : controllers of which each episode draws one; empty, the teacher moves the arm.
+    targets : draws targets, and knows the teacher whose labels are recorded.
+    others : what the rest of the body does meanwhile.
+    balance : where the body's support ends; an episode ends there too. None: it cannot fall.
+    students : controllers of which each episode draws one; empty, the teacher moves the limb.
+
+    Attributes
+    ----------
+    falls : number of episodes that ended early.
     """
 
     def __init__(
         self,
-        body: Body,
-        teacher: Teacher,
+        targets: Targets,
+        others: Others,
+        balance: Balance | None,
         students: list[NeuromuscularController],
         regimen: Regimen,
         rng: np.random.Generator,
     ):
-        self.body, self.teacher, self.students = body, teacher, students
-        self.regimen, self.rng = regimen, rng
-        self.simulator: Simulator = body.simulator(DEFAULT_STEP)
+        self.targets, self.teacher, self.limb = targets, targets.teacher, targets.teacher.limb
+        self.others, self.balance, self.students = others, balance, students
+        self.regimen, self.rng, self.falls = regimen, rng, 0
+        self.simulator: Simulator = self.limb.body.simulator(DEFAULT_STEP)
 
     def __iter__(self):
         while True:
             yield from self._episode()
 
     def _episode(self):
-        rng, regimen = self.rng, self.regimen
-        self.simulator.reset(self._start_pose())
-        drive = np.zeros(self.body.muscle_count)
+        rng, regimen, simulator = self.rng, self.regimen, self.simulator
+        simulator.reset(self.teacher.settled(self.limb.with_angles(self.others.pose(), self._start_angles())))
+        self.others.begin(simulator)
+        if self.balance:
+            self.balance.begin(simulator)
+        drive = np.zeros(self.limb.size)
         if rng.random() >= regimen.slack_probability:
-            drive, _ = self.teacher.holding_state(self.simulator.qpos)
+            drive, _ = self.teacher.holding_state(simulator.joint_angles)
         policy = self._policy()
-        policy.reset(self.simulator, drive)
+        policy.reset(simulator, drive)
         amplitude = rng.choice(regimen.drive_noise)
         noise = np.zeros_like(drive)
         for _ in range(regimen.targets_per_episode):
             noise = yield from self._reach(policy, amplitude, noise)
+            if noise is None:
+                self.falls += 1
+                return
 
     def _policy(self):
         if self.students:
             return self.students[self.rng.integers(len(self.students))]
         return TeacherPolicy(self.teacher)
 
-    def _start_pose(self) -> np.ndarray:
+    def _start_angles(self) -> np.ndarray:
         """Half of the starts are canonical poses, where targets end, half are any poses."""
-        q = random_pose(self.body, self.regimen.start_share, self.rng)
+        angles = self.limb.random_pose(self.regimen.start_share, self.rng)
         if self.rng.random() < 0.5:
-            return q
-        return self.teacher.kinematics.solve(self.teacher.kinematics.hand(q)).q
+            return angles
+        return self.teacher.kinematics.solve(self.teacher.kinematics.feature(angles)).q
 
-    def _target(self) -> np.ndarray:
-        rng, regimen = self.rng, self.regimen
-        q = random_pose(self.body, regimen.target_share, rng)
-        if rng.random() < regimen.near_target_probability:
-            near = self.simulator.qpos + rng.normal(0.0, regimen.near_target_angle, len(q))
-            q = np.clip(near, *self.body.q_range.T)
-        return self.teacher.kinematics.hand(q)
+    def _target(self) -> tuple[np.ndarray, Pose]:
+        """A target of the world and its canonical pose, sometimes close to where the limb is."""
+        regimen = self.regimen
+        if self.rng.random() >= regimen.near_target_probability:
+            return self.targets.draw()
+        here = self.simulator.joint_angles[self.limb.driven]
+        return self.targets.near(here, regimen.near_target_spread)
 
     def _reach(self, policy, amplitude, noise):
-        regimen, rng, simulator = self.regimen, self.rng, self.simulator
-        target = self._target()
-        self.teacher.aim(target)
+        """Steps towards one target; returns the noise to go on with, None after a fall."""
+        regimen, rng, simulator, limb = self.regimen, self.rng, self.simulator, self.limb
+        target, pose = self._target()
+        self.teacher.aim_at(target, pose)
         steps = round(regimen.seconds_per_target / simulator.step_seconds)
         pushed = range(0)
         if rng.random() < regimen.push_probability:
             first = int(rng.integers(steps))
             pushed = range(first, first + round(regimen.push_seconds / simulator.step_seconds))
             force = rng.normal(0.0, regimen.push_force, 3)
+        effector = limb.plan.effector
         for step in range(steps):
+            activations = self.others.activation(simulator)
+            self.teacher.others = activations
             if step % regimen.record_every == 0:
                 label = self.teacher.voluntary(simulator, policy.drive)
-                offset = target - simulator.hand_position
-                yield offset, policy.drive.copy(), simulator.strain, label
+                strain, _ = limb.strains(simulator)
+                yield limb.offset(simulator.data, target), policy.drive.copy(), strain, label
             policy.activation(simulator, target)
             noise = regimen.drive_noise_correlation * noise + amplitude * rng.normal(size=len(noise))
             policy.drive = np.clip(policy.drive + noise, *DRIVE_RANGE)
-            simulator.push(force if step in pushed else (0.0, 0.0, 0.0))
-            simulator.step(activation(policy.drive))
+            simulator.push(force if step in pushed else (0.0, 0.0, 0.0), effector)
+            simulator.step(limb.into(activations, activation(policy.drive)))
+            if self.balance and self.balance.lost(simulator):
+                return None
         return noise

@@ -14,10 +14,14 @@ from anthro.body import Body
 from anthro.body.simulator import DEFAULT_STEP
 from anthro.errors import UserError
 from anthro.files import digest, read_json, write_shard
+from anthro.motor.balance import Balance
 from anthro.motor.controller import INPUTS, NeuromuscularController
+from anthro.motor.limb import Limb, limb_plan
 from anthro.motor.network import FeedForward
+from anthro.motor.others import Company, Others
 from anthro.motor.postures import Postures, Scatter
-from anthro.motor.rollouts import Episodes, Regimen, random_pose
+from anthro.motor.rollouts import Episodes, Regimen
+from anthro.motor.targets import Targets
 from anthro.motor.teacher import Gains, Teacher
 from anthro.progress import progress
 from anthro.streams import stream
@@ -25,40 +29,61 @@ from anthro.streams import stream
 COLUMNS = ("offset", "drive", "strain", "voluntary")
 
 
-def labelled_pairs(
-    spec: dict, body: Body, students: list[NeuromuscularController], rng: np.random.Generator
-):
-    """Yield pairs (offset, drive, strain, label) for ever, from rollouts and single states."""
-    teachers = [Teacher(body, DEFAULT_STEP, Gains(**spec["teacher"])) for _ in range(2)]
-    rollouts = Episodes(body, teachers[0], students, regimen(spec["rollout"]), rng)
+class Source:
+    """Labelled pairs (offset, drive, strain, label) of one data set without end, from rollouts and single states.
 
-    def pose():
-        return random_pose(body, spec["rollout"]["target_share"], rng)
+    Parameters
+    ----------
+    spec : the data set's merged spec.
+    students : controllers that move the limb in rollouts; empty, the teacher does.
+    """
 
-    states = Postures(body, teachers[1], pose, scatter(spec["postures"]), rng)
-    return mixed(rollouts, states, spec["posture_share"], rng)
+    def __init__(self, spec: dict, limb: Limb, students: list[NeuromuscularController], rng: np.random.Generator):
+        self.limb, self._share, self._rng = limb, spec["posture_share"], rng
+        company = spec.get("others") and Company(**spec["others"])
+        balance = spec.get("support") and Balance(spec["support"])
+        self.targets = [
+            Targets(Teacher(limb, DEFAULT_STEP, Gains(**spec["teacher"])), spec["rollout"]["target_share"], rng)
+            for _ in range(2)
+        ]
+        others = [Others(limb, company, rng) for _ in range(2)]
+        self.rollouts = Episodes(self.targets[0], others[0], balance, students, regimen(spec["rollout"]), rng)
+        teacher = self.targets[1].teacher
+        self.states = Postures(teacher, self.targets[1], others[1], scatter(spec["postures"]), rng)
+
+    def __iter__(self):
+        rollouts, states = iter(self.rollouts), iter(self.states)
+        while True:
+            pair = next(states if self._rng.random() < self._share else rollouts)
+            yield pair
+            if self.limb.plan.side == "both":
+                yield self._mirrored(*pair)
+
+    def _mirrored(self, offset, drive, strain, label):
+        """The pair of the mirrored body, which is as good: left and right are twins."""
+        twins = self.limb.twins
+        return offset * self.limb.sense.mirror, drive[twins], strain[twins], label[twins]
+
+    def report(self) -> dict:
+        """How many targets were drawn, how many of them the muscles cannot hold, and how many episodes fell."""
+        drawn, refused = (sum(getattr(t, name) for t in self.targets) for name in ("drawn", "refused"))
+        return {"targets_drawn": drawn, "targets_refused": refused, "falls": self.rollouts.falls}
 
 
-def synthesize(
-    spec: dict, body: Body, round_number: int, shard: int, students: list[NeuromuscularController]
-) -> dict[str, np.ndarray]:
-    """Columns of one shard: offset (n, 3) m; drive, strain, voluntary (n, muscles); float32."""
-    rng = stream(spec["seed"], f"{spec['limb']}_voluntary.round{round_number}", shard)
+def synthesize(spec: dict, limb: Limb, round_number: int, shard: int, students: list[NeuromuscularController]):
+    """Columns of one shard, float32, and the source's report.
+
+    Columns are offset (n, width) in m or rad; drive, strain, voluntary (n, muscles).
+    """
+    rng = stream(spec["seed"], f"{limb.name}_voluntary.round{round_number}", shard)
     count = spec["pairs"]
-    widths = (3, body.muscle_count, body.muscle_count, body.muscle_count)
+    widths = (limb.width, limb.size, limb.size, limb.size)
     columns = [np.empty((count, width), np.float32) for width in widths]
-    pairs = zip(labelled_pairs(spec, body, students, rng), range(count), strict=False)
-    for pair, row in progress(pairs, count, "pairs"):
+    source = Source(spec, limb, students, rng)
+    for row, pair in progress(zip(range(count), source, strict=False), count, "pairs"):
         for column, value in zip(columns, pair, strict=True):
             column[row] = value
-    return dict(zip(COLUMNS, columns, strict=True))
-
-
-def mixed(rollouts, states, state_share: float, rng: np.random.Generator):
-    """Draw each pair from ``states`` with probability ``state_share``, else from ``rollouts``."""
-    rollouts, states = iter(rollouts), iter(states)
-    while True:
-        yield next(states if rng.random() < state_share else rollouts)
+    return dict(zip(COLUMNS, columns, strict=True)), source.report()
 
 
 def regimen(rollout: dict) -> Regimen:
@@ -71,7 +96,7 @@ def scatter(postures: dict) -> Scatter:
     return Scatter(**{k: tuple(v) if isinstance(v, list) else v for k, v in postures.items()})
 
 
-def load_students(weights: list[Path], reflex: Path | None, muscles: int):
+def load_students(limb: Limb, weights: list[Path], reflex: Path | None):
     """The controllers of the round before, one a file; the input variant follows from its width."""
     if not weights:
         return []
@@ -79,8 +104,8 @@ def load_students(weights: list[Path], reflex: Path | None, muscles: int):
         raise UserError("--students needs --reflex: the reflex acts beside every student")
     students = []
     for path in weights:
-        wide = FeedForward.load(path).n_in > 3 + muscles
-        students.append(NeuromuscularController.load(path, reflex, muscles, INPUTS[wide]))
+        wide = FeedForward.load(path).n_in > limb.width + limb.size
+        students.append(NeuromuscularController.load(limb, path, reflex, INPUTS[wide]))
     return students
 
 
@@ -94,13 +119,14 @@ def main(argv=None) -> int:
     parser.add_argument("--reflex", type=Path, help="reflex weights beside the students")
     parser.add_argument("--out", type=Path, required=True, help="shard to write, HDF5")
     args = parser.parse_args(argv)
-    spec, body = read_json(args.spec), Body.load(args.body)
-    students = load_students(args.students, args.reflex, body.muscle_count)
+    spec = read_json(args.spec)
+    limb = Limb(limb_plan(spec["limb"]), Body.load(args.body))
+    students = load_students(limb, args.students, args.reflex)
     started = time.perf_counter()
-    columns = synthesize(spec, body, args.round, args.shard, students)
+    columns, report = synthesize(spec, limb, args.round, args.shard, students)
     seconds = time.perf_counter() - started
-    write_shard(args.out, columns, {"spec_digest": digest(spec), "round": args.round})
-    print(f"{args.out}: {spec['pairs']} pairs, {1e3 * seconds / spec['pairs']:.3f} ms a pair")
+    write_shard(args.out, columns, {"spec_digest": digest(spec), "round": args.round, **report})
+    print(f"{args.out}: {spec['pairs']} pairs, {1e3 * seconds / spec['pairs']:.3f} ms a pair, {report}")
     return 0
 
 

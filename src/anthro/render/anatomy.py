@@ -13,12 +13,9 @@ from anthro.errors import UserError
 from anthro.render.camera import Camera, view_direction
 from anthro.render.mesh import Mesh, join, linear_rgb, move, resample, tube
 from anthro.render.raytrace import Part, Studio, render
-from anthro.render.scene import BONE_COLOUR, geom_mesh, mesh_geoms, muscle_paths
+from anthro.render.scene import BONE_COLOUR, RADIUS_SHARE, SPECIFIC_TENSION, geom_mesh, mesh_geoms, muscle_paths
 
 BELLY_COLOUR, TENDON_COLOUR, LIGAMENT_COLOUR = "#B03A30", "#F1EBDD", "#8FA6B8"
-SPECIFIC_TENSION = 60e4  # N/m^2, with which the tables' areas became forces
-# A belly is drawn thinner than its area asks: a line's neighbours stay in sight.
-RADIUS_SHARE = 0.5
 PROXIMAL_TENDON = 0.12  # share of a muscle's tendon that lies at its origin
 WIDEST = 0.16  # of a belly: radius over length
 CARTILAGE_RADIUS, LIGAMENT_RADIUS = 0.0045, 0.0020

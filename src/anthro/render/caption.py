@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import matplotlib.font_manager
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
-
-from anthro.render.scene import GROUP_COLOURS
 
 INK, PAPER = "#20262C", "#FFFFFF"
 STRIP_SHARE = 0.085
@@ -17,7 +17,9 @@ def strip_height(height: int) -> int:
     return 2 * round(height * STRIP_SHARE / 2)
 
 
-def caption(picture: np.ndarray, time: float, controller_on: bool, height: int) -> np.ndarray:
+def caption(
+    picture: np.ndarray, time: float, controller_on: bool, height: int, legend: Mapping[str, str]
+) -> np.ndarray:
     """A picture with a strip of words below it.
 
     Parameters
@@ -28,6 +30,8 @@ def caption(picture: np.ndarray, time: float, controller_on: bool, height: int) 
     controller_on : bool
     height : int
         Of the strip, pixels.
+    legend : mapping of str to str
+        Words and their colours ``#rrggbb``; left out where there is no room.
 
     Returns
     -------
@@ -54,11 +58,11 @@ def caption(picture: np.ndarray, time: float, controller_on: bool, height: int) 
     draw.text((x, middle), f"controller {'ON' if controller_on else 'OFF'}", INK, font, anchor="lm")
     x += draw.textlength("controller OFF", font) + 2 * gap
     swatch = font.size * 0.8
-    widths = [swatch + gap * 0.7 + draw.textlength(group, font) + 1.6 * gap for group in GROUP_COLOURS]
+    widths = [swatch + gap * 0.7 + draw.textlength(group, font) + 1.6 * gap for group in legend]
     # A thumbnail has no room for the legend.
     if x + sum(widths) <= width:
         x = width - sum(widths)
-        for (group, colour), step in zip(GROUP_COLOURS.items(), widths, strict=True):
+        for (group, colour), step in zip(legend.items(), widths, strict=True):
             box = [x, middle - radius * 0.55, x + swatch, middle + radius * 0.55]
             draw.rectangle(box, fill=colour)
             draw.text((x + swatch + gap * 0.7, middle), group, INK, font, anchor="lm")

@@ -20,9 +20,11 @@ from anthro import cli
 from anthro.errors import UserError
 from anthro.files import atomic
 from anthro.progress import progress
+from anthro.render.camera import Camera
 from anthro.render.caption import caption, strip_height
-from anthro.render.raytrace import render
-from anthro.render.rollout import Rollout, load_body, read_rollout
+from anthro.render.palette import legend
+from anthro.render.raytrace import Studio, render
+from anthro.render.rollout import read_rollout
 from anthro.render.stage import Stage
 from anthro.runcard import RunCard
 
@@ -31,28 +33,36 @@ H264 = "-c:v libx264 -pix_fmt yuv420p -crf 20 -preset medium -threads 1 -map_met
 H264 += "-fflags +bitexact -flags:v +bitexact -movflags +faststart -f mp4".split()
 
 
-def frames(stage: Stage, rollout: Rollout, width: int, height: int) -> Iterator[np.ndarray]:
-    """A captioned picture of every instant of a rollout.
+def frames(
+    stage: Stage, times: Sequence[float], width: int, height: int, azimuth: float | None = None
+) -> Iterator[np.ndarray]:
+    """A captioned picture of a rollout at each of some times.
 
     Parameters
     ----------
     stage : Stage
-    rollout : Rollout
-        T instants; the camera is set so that all of them stay in the picture.
+    times : sequence of float
+        s.
     width, height : int
         Pixels, caption included.
+    azimuth : float, optional
+        As in `Stage.shot`.
 
     Yields
     ------
     ndarray (height, width, 3) uint8
-        T of them.
+        One for each time.
     """
     strip = strip_height(height)
-    camera, studio = stage.shot(rollout, width, height - strip)
-    for index, time in enumerate(rollout.time):
-        shown = stage.parts(rollout.qpos[index], rollout.activation[index], rollout.target[index])
-        picture = render(shown, camera, studio, samples=2)
-        yield caption(picture, time, rollout.controller_on[index], strip)
+    camera, studio = stage.shot(width, height - strip, azimuth)
+    for time in times:
+        yield _frame(stage, time, camera, studio, strip, samples=2)
+
+
+def _frame(stage: Stage, time: float, camera: Camera, studio: Studio, strip: int, samples: int) -> np.ndarray:
+    picture = render(stage.parts(time), camera, studio, samples)
+    on = stage.rollout.at(np.array([time])).controller_on[0]
+    return caption(picture, time, on, strip, legend(stage.rollout.limbs))
 
 
 def write_video(path: Path, pictures: Iterable[np.ndarray], size: tuple[int, int], fps: int) -> None:
@@ -88,38 +98,37 @@ def write_picture(path: Path, picture: np.ndarray) -> None:
         Image.fromarray(picture).save(partial, format="PNG")
 
 
-def film(run: Path, demo: str, out: Path, width: int, height: int, fps: int, at: float | None = None) -> None:
+def film(
+    run: Path,
+    demo: str,
+    out: Path,
+    width: int,
+    height: int,
+    fps: int,
+    at: float | None = None,
+    azimuth: float | None = None,
+) -> None:
     """Film a demo's rollout as MP4, or one instant of it as PNG; see the command line."""
     if out.suffix not in (".mp4", ".png"):
         raise UserError(f"{out}: must end in .mp4 or .png")
     if min(width, height) < 16 or fps < 1:
         raise UserError(f"{width} x {height} pixels at {fps} fps: too small to film")
     rollout = read_rollout(run, demo)
-    stage = Stage(load_body(run, rollout))
-    spec = {"demo": demo, "width": width, "height": height, "fps": fps}
+    start, end = rollout.time[[0, -1]]
+    if at is not None and not start <= at <= end:
+        raise UserError(f"--at {at:g}: the rollout lasts from {start:g} to {end:g} s")
+    stage = Stage(rollout)
+    spec = {"demo": demo, "width": width, "height": height, "fps": fps, "azimuth": azimuth}
     with RunCard(out.with_suffix(".run_card.json"), spec, rollout.seed) as card:
         if out.suffix == ".png":
-            write_picture(out, _still(stage, rollout, width, height, at))
+            strip = strip_height(height)
+            camera, studio = stage.shot(width, height - strip, azimuth, key_rays=9)
+            write_picture(out, _frame(stage, start if at is None else at, camera, studio, strip, samples=3))
             return
-        start, end = rollout.time[[0, -1]]
-        shown = rollout.at(np.arange(start, end, 1 / fps))
-        pictures = frames(stage, shown, width, height)
-        pictures = progress(pictures, len(shown.time), f"{demo} frames")
+        times = np.arange(start, end, 1 / fps)
+        pictures = progress(frames(stage, times, width, height, azimuth), len(times), f"{demo} frames")
         write_video(out, pictures, (width, height), fps)
-        card.note(frames=len(shown.time))
-
-
-def _still(stage: Stage, rollout: Rollout, width: int, height: int, at: float | None) -> np.ndarray:
-    start, end = rollout.time[[0, -1]]
-    time = start if at is None else at
-    if not start <= time <= end:
-        raise UserError(f"--at {time:g}: the rollout lasts from {start:g} to {end:g} s")
-    strip = strip_height(height)
-    camera, studio = stage.shot(rollout, width, height - strip, key_rays=9)
-    now = rollout.at(np.array([time]))
-    parts = stage.parts(now.qpos[0], now.activation[0], now.target[0])
-    picture = render(parts, camera, studio, samples=3)
-    return caption(picture, time, now.controller_on[0], strip)
+        card.note(frames=len(times))
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -132,6 +141,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--height", type=int, default=400, help="pixels, caption included")
     parser.add_argument("--fps", type=int, default=15, help="frames per second")
     parser.add_argument("--at", type=float, help="time of the one frame, s (default: the start)")
+    parser.add_argument("--azimuth", type=float, help="where the camera stands, degrees from the front to the left")
     options = parser.parse_args(argv)
     film(**vars(options))
 

@@ -79,44 +79,49 @@ def move(mesh: Mesh, rotation: np.ndarray, position: np.ndarray) -> Mesh:
 
 
 def tube(path: np.ndarray, radius: np.ndarray, colour: np.ndarray, sides: int = 8) -> Mesh:
-    """A round tube along a path.
+    """A round tube along one path (k, 3), m, of radii (k,), m, in a colour (3,); see `tubes`."""
+    return tubes(path[None], radius[None], colour[None], sides)
+
+
+def tubes(paths: np.ndarray, radii: np.ndarray, colours: np.ndarray, sides: int = 8) -> Mesh:
+    """Round tubes along paths of equally many points.
 
     Parameters
     ----------
-    path : ndarray (k, 3)
-        m, at least two points, none repeated.
-    radius : ndarray (k,)
+    paths : ndarray (n, k, 3)
+        m; k is at least 2, no point is its follower's place.
+    radii : ndarray (n, k)
         m, at each point.
-    colour : ndarray (3,)
+    colours : ndarray (n, 3)
         Linear RGB.
     sides : int
-        Of its cross-section.
+        Of the cross-sections.
 
     Returns
     -------
     Mesh
-        Open at its ends, which lie in bone.
+        Open at the tubes' ends, which lie in bone. Each tube has 2 (k - 1) sides of the triangles, in order.
     """
-    along = np.gradient(path, axis=0)
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    count, points = paths.shape[:2]
+    along = np.gradient(paths, axis=1)
+    along /= np.maximum(np.linalg.norm(along, axis=2, keepdims=True), 1e-12)
     # Each ring's frame is the last one's, turned as little as the path asks, so tubes do not twist.
-    side = np.empty_like(path)
-    axis = np.eye(3)[np.argmin(np.abs(along[0]))]
-    for i, direction in enumerate(along):
-        axis = axis - direction * (axis @ direction)
-        axis = axis / np.linalg.norm(axis)
-        side[i] = axis
+    side = np.empty_like(paths)
+    axis = np.eye(3)[np.argmin(np.abs(along[:, 0]), axis=1)]
+    for i in range(points):
+        direction = along[:, i]
+        axis = axis - direction * (axis * direction).sum(axis=1, keepdims=True)
+        axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-12)
+        side[:, i] = axis
     angle = 2 * np.pi * np.arange(sides) / sides
     other = np.cross(along, side)
-    normals = np.cos(angle)[:, None] * side[:, None] + np.sin(angle)[:, None] * other[:, None]
-    vertices = path[:, None] + radius[:, None, None] * normals
-    ring = np.arange(len(path) - 1)[:, None] * sides
+    normals = np.cos(angle)[:, None] * side[:, :, None] + np.sin(angle)[:, None] * other[:, :, None]
+    vertices = paths[:, :, None] + radii[:, :, None, None] * normals
+    ring = (np.arange(count)[:, None, None] * points + np.arange(points - 1)[:, None]) * sides
     near, far = ring + np.arange(sides), ring + (np.arange(sides) + 1) % sides
-    faces = np.stack([near, far, far + sides, near, far + sides, near + sides], axis=-1)
-    faces = faces.reshape(-1, 3)
-    colours = np.broadcast_to(np.asarray(colour, float), (len(faces), 3))
-    glow = np.zeros(len(faces))
-    return Mesh(vertices.reshape(-1, 3), faces, normals.reshape(-1, 3), colours, glow, 0.35)
+    faces = np.stack([near, far, far + sides, near, far + sides, near + sides], axis=-1).reshape(-1, 3)
+    each = np.repeat(np.asarray(colours, float), 2 * sides * (points - 1), axis=0)
+    return Mesh(vertices.reshape(-1, 3), faces, normals.reshape(-1, 3), each, np.zeros(len(faces)), 0.35)
 
 
 def sphere(centre: np.ndarray, radius: float, colour: str) -> Mesh:
@@ -138,10 +143,34 @@ def sphere(centre: np.ndarray, radius: float, colour: str) -> Mesh:
 
 def resample(path: np.ndarray, spacing: float) -> np.ndarray:
     """Points (k, 3) about `spacing` metres apart along a path (n, 3), corners rounded a little."""
-    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    count = max(int(length[-1] / spacing), 4) + 1
-    at = np.linspace(0, length[-1], count)
-    points = np.stack([np.interp(at, length, path[:, axis]) for axis in range(3)], axis=1)
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    return evenly([path], max(int(length / spacing), 4) + 1)[0]
+
+
+def evenly(paths: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """Points (n, count, 3), evenly spaced along each of n paths (k, 3), corners rounded a little.
+
+    Parameters
+    ----------
+    paths : sequence of ndarray (k, 3)
+        m; k may differ, each has a length.
+    count : int
+        At least 3.
+    """
+    points = np.concatenate(paths)
+    ends = np.cumsum([len(path) for path in paths])
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    steps[ends[:-1]] = 1.0  # from one path to the next
+    length = np.cumsum(steps)
+    first, last = length[np.concatenate([[0], ends[:-1]])], length[ends - 1]
+    at = np.linspace(first, last, count, axis=1)
+    even = np.stack([np.interp(at, length, points[:, axis]) for axis in range(3)], axis=2)
     for _ in range(2):
-        points[1:-1] = (points[:-2] + 2 * points[1:-1] + points[2:]) / 4
-    return points
+        even[:, 1:-1] = (even[:, :-2] + 2 * even[:, 1:-1] + even[:, 2:]) / 4
+    return even
+
+
+def outermost(points: np.ndarray) -> np.ndarray:
+    """Those (k, 3) of some points (n, 3) that lie outermost in any of 26 directions."""
+    steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)
+    return points[np.unique(np.argmax(points @ steps.T, axis=0))]

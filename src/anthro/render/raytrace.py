@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -48,7 +48,7 @@ class Part:
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
         self._middle = (low + high) / 2
         reach = np.linalg.norm(mesh.vertices - self._middle, axis=1).max()
-        self._square_radius = float(1.001 * reach) ** 2
+        self.radius = float(1.001 * reach)
         self._embree = EmbreeScene()
         # embreex keeps no reference to the arrays that it was given.
         self._arrays = (mesh.vertices, mesh.faces.astype(np.int32))
@@ -80,20 +80,6 @@ class Part:
         self.centre = self.rotation @ self._middle + self.position
         return self
 
-    def outline(self) -> np.ndarray:
-        """The part's outermost vertices in the world, (k, 3) m, in 26 directions."""
-        steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3), axis=-1).reshape(-1, 3)
-        outermost = np.unique(np.argmax(self.mesh.vertices @ steps.T, axis=0))
-        return self.mesh.vertices[outermost] @ self.rotation.T + self.position
-
-    def may_hit(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Indices of the rays that meet the sphere around the part; arguments as in `query`."""
-        to_centre = self.centre - origins
-        ahead = _dot(to_centre, directions)
-        square = _dot(to_centre, to_centre)
-        near = square - ahead * ahead < self._square_radius
-        return np.flatnonzero(near & ((ahead > 0) | (square < self._square_radius)))
-
     def query(self, origins: np.ndarray, directions: np.ndarray, **options) -> dict | np.ndarray:
         """Embree's answer for rays of the world carried into the part's frame.
 
@@ -114,12 +100,45 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Dot products of vectors (n, 3) or (3,) with vectors (n, 3) or (3,)."""
     if a.ndim == 1:
         return b @ a
-    return a @ b if b.ndim == 1 else np.einsum("ij,ij->i", a, b)
+    return a @ b if b.ndim == 1 else a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
 def _pick(vectors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """The rows of vectors (n, 3), or the one vector (3,) common to all rows."""
-    return vectors if vectors.ndim == 1 else vectors[rows]
+    return vectors if vectors.ndim == 1 else vectors.take(rows, axis=0)
+
+
+def _meet(centre: np.ndarray, radius: float, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Which rays (n,) bool meet a ball; arguments as in `Part.query`, m."""
+    to_centre = centre - origins
+    ahead, square = _dot(to_centre, directions), _dot(to_centre, to_centre)
+    return (square - ahead * ahead < radius**2) & ((ahead > 0) | (square < radius**2))
+
+
+def _candidates(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """Index of each part and the rays (k,) that meet the ball around it.
+
+    Parts are halved again and again by where they lie: few rays are tried against each of them.
+    """
+    if not len(parts):
+        return
+    count = max(np.size(origins), np.size(directions)) // 3
+    centres = np.array([part.centre for part in parts], REAL)
+    radii = np.array([part.radius for part in parts], REAL)
+    waiting = [(np.arange(len(parts)), np.arange(count))]
+    while waiting:
+        chosen, rays = waiting.pop()
+        middle = (centres[chosen].min(axis=0) + centres[chosen].max(axis=0)) / 2
+        reach = (np.linalg.norm(centres[chosen] - middle, axis=1) + radii[chosen]).max()
+        rays = rays[_meet(middle, reach, _pick(origins, rays), _pick(directions, rays))]
+        if not len(rays):
+            continue
+        if len(chosen) == 1:
+            yield int(chosen[0]), rays
+            continue
+        axis = np.argmax(np.ptp(centres[chosen], axis=0))
+        order = chosen[np.argsort(centres[chosen, axis], kind="stable")]
+        waiting += [(order[len(order) // 2 :], rays), (order[: len(order) // 2], rays)]
 
 
 @dataclass(frozen=True)
@@ -175,10 +194,8 @@ def intersect(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray
         zeros.copy(),
         zeros.copy(),
     )
-    for index, part in enumerate(parts):
-        rays = part.may_hit(origins, directions)
-        if not len(rays):
-            continue
+    for index, rays in _candidates(parts, origins, directions):
+        part = parts[index]
         answer = part.query(_pick(origins, rays), directions[rays], output=True)
         nearer = (answer["primID"] >= 0) & (answer["tfar"] < hits.distance[rays])
         rays, face = rays[nearer], answer["primID"][nearer]
@@ -201,12 +218,11 @@ def intersect(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray
 def occluded(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Whether rays from `origins` (n, 3) along `directions` (n, 3) or (3,) meet any part: (n,)."""
     blocked = np.zeros(len(origins), bool)
-    for part in parts:
-        rays = part.may_hit(origins, directions)
+    for index, rays in _candidates(parts, origins, directions):
         rays = rays[~blocked[rays]]
         if len(rays):
             along = _pick(directions, rays)
-            blocked[rays] = part.query(origins[rays], along, query="OCCLUDED") == 0
+            blocked[rays] = parts[index].query(origins[rays], along, query="OCCLUDED") == 0
     return blocked
 
 

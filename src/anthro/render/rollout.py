@@ -1,8 +1,8 @@
-"""A recorded rollout, read for drawing."""
+"""A recorded rollout and the body that it moved, read for drawing."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,9 @@ from anthro.body import Body
 from anthro.errors import UserError
 from anthro.files import read_shard
 
-COLUMNS = ("time", "qpos", "activation", "hand", "target", "controller_on")
+COLUMNS = ("time", "qpos", "activation", "controller_on", "effector", "target")
+PROPS = ("stool", "chair", "floor")
+QUATERNION = slice(3, 7)  # of a free root's coordinates, and of a fixed root's place
 
 
 @dataclass(frozen=True)
@@ -20,90 +22,148 @@ class Rollout:
 
     Parameters
     ----------
+    body : Body
+        That moved.
+    limbs : tuple of str
+        Whose controllers moved it, k of them.
     time : ndarray (T,)
         s, increasing.
-    qpos : ndarray (T, m)
-        rad.
+    qpos : ndarray (T, nq)
+        rad; a free root's place comes first, m and a unit quaternion.
     activation : ndarray (T, n)
-        0 to 1.
-    hand, target : ndarray (T, 3)
-        m; the target is NaN where there is none.
+        0 to 1, of all muscles of the body.
     controller_on : ndarray (T,) bool
-    limb : str
+    effector, target : ndarray (T, k, 3)
+        m, in the world; a target is NaN where there is none.
+    base : ndarray (T, 7) or None
+        Where a demo put the fixed root bone: m and a unit quaternion.
+    others : dict of str to ndarray (T, ...)
+        Whatever else the demo recorded at each instant.
+    props : tuple of str
+        Of `PROPS`: what the body sits or lies on.
     seed : int
     """
 
+    body: Body
+    limbs: tuple[str, ...]
     time: np.ndarray
     qpos: np.ndarray
     activation: np.ndarray
-    hand: np.ndarray
-    target: np.ndarray
     controller_on: np.ndarray
-    limb: str
-    seed: int
+    effector: np.ndarray
+    target: np.ndarray
+    base: np.ndarray | None = None
+    others: dict[str, np.ndarray] = field(default_factory=dict)
+    props: tuple[str, ...] = ()
+    seed: int = 0
 
     def at(self, time: np.ndarray) -> Rollout:
-        """The rollout at other times (k,), s: states interpolated, targets and switch held."""
+        """The rollout at other times (m,), s: states interpolated, targets, switch and others held."""
         time = np.asarray(time, float)
         last = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 1)
+        after = np.minimum(last + 1, len(self.time) - 1)
+        gap = np.maximum(self.time[after] - self.time[last], 1e-12)
+        share = np.clip((time - self.time[last]) / gap, 0, 1)
 
         def between(column: np.ndarray) -> np.ndarray:
-            series = [np.interp(time, self.time, values) for values in column.T]
-            return np.stack(series, axis=1)
+            weight = share.reshape(-1, *[1] * (column.ndim - 1))
+            return (1 - weight) * column[last] + weight * column[after]
+
+        def placed(column: np.ndarray) -> np.ndarray:
+            values = between(column)
+            values[:, QUATERNION] = slerp(column[last, QUATERNION], column[after, QUATERNION], share)
+            return values
 
         return Rollout(
+            self.body,
+            self.limbs,
             time,
-            between(self.qpos),
+            placed(self.qpos) if self.body.root_free else between(self.qpos),
             between(self.activation),
-            between(self.hand),
-            self.target[last],
             self.controller_on[last],
-            self.limb,
+            between(self.effector),
+            self.target[last],
+            None if self.base is None else placed(self.base),
+            {name: column[last] for name, column in self.others.items()},
+            self.props,
             self.seed,
         )
 
     def switches(self) -> np.ndarray:
-        """Times (k,), s, at which the controller was turned on or off."""
+        """Times (m,), s, at which the controller was turned on or off."""
         return self.time[1:][np.diff(self.controller_on.astype(int)) != 0]
 
 
+def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Unit quaternions (m, 4) at shares (m,) of the shorter turns from `start` to `end` (m, 4)."""
+    cosine = (start * end).sum(axis=1)
+    end = np.where(cosine[:, None] < 0, -end, end)
+    angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
+    sine = np.sin(angle)
+    small = sine < 1e-6
+    safe = np.where(small, 1.0, sine)
+    before = np.where(small, 1 - share, np.sin((1 - share) * angle) / safe)
+    after = np.where(small, share, np.sin(share * angle) / safe)
+    turned = before[:, None] * start + after[:, None] * end
+    return turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
 def read_rollout(run: Path, demo: str) -> Rollout:
-    """Read ``<run>/demos/<demo>/rollout.h5``.
+    """Read ``<run>/demos/<demo>/rollout.h5`` and the body that it names.
 
     Raises
     ------
     UserError
-        Naming the file: missing, incomplete, of inconsistent lengths, or not finite.
+        Naming the file: missing, incomplete, of inconsistent shapes, not finite, or not of its body.
     """
     path = Path(run) / "demos" / demo / "rollout.h5"
-    columns, attrs = read_shard(path, COLUMNS)
-    lengths = {len(values) for values in columns.values()}
-    if len(lengths) != 1 or lengths.pop() < 2:
-        raise UserError(f"{path}: columns differ in length, or hold fewer than two instants")
-    values = {name: np.asarray(column, float) for name, column in columns.items()}
-    for name in ("time", "qpos", "activation", "hand"):
-        if not np.isfinite(values[name]).all():
+    columns, attrs = read_shard(path)
+    if missing := [name for name in COLUMNS if name not in columns]:
+        raise UserError(f"{path}: no column {', '.join(missing)} (it has {', '.join(columns)})")
+    if missing := [name for name in ("body", "limbs") if name not in attrs]:
+        raise UserError(f"{path}: no attribute {missing[0]}")
+    limbs, props = (tuple(str(attrs.get(name, "")).split()) for name in ("limbs", "props"))
+    if unknown := [prop for prop in props if prop not in PROPS]:
+        raise UserError(f"{path}: unknown prop {unknown[0]!r}; known: {', '.join(PROPS)}")
+    values = {name: np.asarray(columns.pop(name), float) for name in COLUMNS}
+    base = columns.pop("base", None)
+    if base is not None:
+        values["base"] = np.asarray(base, float)
+    body = load_body(run, str(attrs["body"]))
+    _check(path, values, body, len(limbs))
+    values["controller_on"] = values["controller_on"] > 0.5
+    count = len(values["time"])
+    others = {name: column for name, column in columns.items() if np.shape(column)[:1] == (count,)}
+    return Rollout(body=body, limbs=limbs, **values, others=others, props=props, seed=int(attrs.get("seed", 0)))
+
+
+def load_body(run: Path, name: str) -> Body:
+    """The body ``<run>/body/<name>``; UserError if it is missing."""
+    return Body.load(Path(run) / "body" / name)
+
+
+def _check(path: Path, values: dict[str, np.ndarray], body: Body, limbs: int) -> None:
+    """Refuse columns that do not fit each other or the body."""
+    count = len(values["time"])
+    if count < 2 or not (np.diff(values["time"]) > 0).all():
+        raise UserError(f"{path}: column time does not increase over at least two instants")
+    shapes = {
+        "qpos": (count, body.model.nq),
+        "activation": (count, body.muscle_count),
+        "controller_on": (count,),
+        "effector": (count, limbs, 3),
+        "target": (count, limbs, 3),
+        "base": (count, 7),
+    }
+    for name, column in values.items():
+        shape = shapes.get(name, column.shape)
+        if column.shape != shape:
+            raise UserError(f"{path}: column {name} has shape {column.shape}, body {body.name} asks for {shape}")
+        if name != "target" and not np.isfinite(column).all():
             raise UserError(f"{path}: column {name} is not finite")
-    on = values.pop("controller_on") > 0.5
-    limb, seed = str(attrs.get("limb", "right_arm")), int(attrs.get("seed", 0))
-    return Rollout(**values, controller_on=on, limb=limb, seed=seed)
-
-
-def load_body(run: Path, rollout: Rollout) -> Body:
-    """The body of a run that a rollout moved.
-
-    Raises
-    ------
-    UserError
-        The body is missing, or has other degrees of freedom or muscles than the rollout.
-    """
-    folder = Path(run) / "body" / rollout.limb
-    body = Body.load(folder)
-    recorded = (rollout.qpos.shape[1], rollout.activation.shape[1])
-    expected = (len(body.dof_names), len(body.muscle_names))
-    if recorded != expected:
-        raise UserError(
-            f"{folder}: has {expected[0]} degrees of freedom and {expected[1]} muscles, "
-            f"the rollout {recorded[0]} and {recorded[1]}"
-        )
-    return body
+    if "base" in values and body.root_free:
+        raise UserError(f"{path}: column base moves a fixed root, that of body {body.name} is free")
+    turned = [values["base"]] if "base" in values else [values["qpos"]] if body.root_free else []
+    for column in turned:
+        if not np.allclose(np.linalg.norm(column[:, QUATERNION], axis=1), 1, atol=1e-3):
+            raise UserError(f"{path}: a quaternion of its root is not of unit length")

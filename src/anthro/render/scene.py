@@ -8,26 +8,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from zlib import crc32
 
 import mujoco
 import numpy as np
 
-from anthro.render.mesh import Mesh, join, linear_rgb, make_mesh, move, resample, tube
+from anthro.render.mesh import Mesh, evenly, join, linear_rgb, make_mesh, move, outermost, tubes
 
-# Of the palette for colour blind readers of Okabe and Ito (Wong 2011), sRGB.
-GROUP_COLOURS = {
-    "shoulder": "#D55E00",
-    "elbow": "#0072B2",
-    "forearm": "#CC79A7",
-    "wrist": "#009E73",
-}
-# Other groups: the legs' like the joints of the arm above, the trunk's and neck's by their name.
-LEG_COLOURS = {"hip": "#D55E00", "knee": "#0072B2", "ankle": "#009E73"}
-TRUNK_COLOURS = ("#D55E00", "#CC79A7", "#E69F00", "#B5495B", "#8C5A2B")
 BONE_COLOUR = "#EADFC8"
 CONTEXT_COLOUR = "#E6E3DE"
 TARGET_COLOUR = "#F0C800"
+SPECIFIC_TENSION = 60e4  # N/m^2, with which the tables' areas became forces
+# A belly is drawn thinner than its area asks: a line's neighbours stay in sight.
+RADIUS_SHARE = 0.5
+BELLY_RADII = (0.0014, 0.0055)  # m, of the thinnest and the thickest bellies of a film
+TENDON_SHARE = 0.45  # of a belly's radius
+# A film draws a muscle with so many rings: the first number that keeps them within a spacing.
+RINGS, RING_SPACING, SIDES = (7, 10, 14, 20, 28, 40), 0.012, 6
+
+
+def root_bone(model: mujoco.MjModel) -> int:
+    """The bone that carries all others: the first child of the world."""
+    return int(np.flatnonzero(model.body_parentid[1:] == 0)[0]) + 1
+
+
+def carrier(model: mujoco.MjModel, body: int) -> int:
+    """The bone with which another moves as one; the root bone for all that never move against it.
+
+    What hangs on the world beside the root bone is carried by the world, 0.
+    """
+    root = root_bone(model)
+    while body != root and body != 0 and model.body_jntnum[body] == 0:
+        body = int(model.body_parentid[body])
+    return body
 
 
 def bones(model: mujoco.MjModel) -> dict[int, Mesh]:
@@ -36,24 +48,36 @@ def bones(model: mujoco.MjModel) -> dict[int, Mesh]:
     Parameters
     ----------
     model : mujoco.MjModel
-        Its mesh geoms are drawn; those that never move are a shade paler.
+        Its mesh geoms are drawn; those that do not move against a fixed root are a shade paler.
 
     Returns
     -------
     dict of int to Mesh
-        Body to which the bones are welded, and their mesh in that body's frame.
+        `carrier` of the bones, and their mesh in that body's frame.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     pieces: dict[int, list[Mesh]] = {}
     for geom in mesh_geoms(model):
-        body = int(model.body_weldid[model.geom_bodyid[geom]])
+        body = carrier(model, int(model.geom_bodyid[geom]))
         to_body = data.xmat[body].reshape(3, 3).T
         rotation = to_body @ data.geom_xmat[geom].reshape(3, 3)
         position = to_body @ (data.geom_xpos[geom] - data.xpos[body])
-        mesh = geom_mesh(model, geom, BONE_COLOUR if body else CONTEXT_COLOUR)
+        mesh = geom_mesh(model, geom, BONE_COLOUR if model.body_weldid[body] else CONTEXT_COLOUR)
         pieces.setdefault(body, []).append(move(mesh, rotation, position))
     return {body: join(meshes) for body, meshes in pieces.items()}
+
+
+def corners(model: mujoco.MjModel) -> dict[int, np.ndarray]:
+    """Outermost points (k, 3), m, of each bone's surface, in the frame of its body."""
+    found: dict[int, list[np.ndarray]] = {}
+    for geom in mesh_geoms(model):
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+        points = outermost(geom_mesh(model, geom, BONE_COLOUR).vertices)
+        placed = points @ rotation.reshape(3, 3).T + model.geom_pos[geom]
+        found.setdefault(int(model.geom_bodyid[geom]), []).append(placed)
+    return {body: np.concatenate(points) for body, points in found.items()}
 
 
 def mesh_geoms(model: mujoco.MjModel) -> np.ndarray:
@@ -127,49 +151,38 @@ def _without_repeats(path: np.ndarray) -> np.ndarray:
     return path[keep]
 
 
-def group_colour(group: str) -> str:
-    """Colour ``#rrggbb`` of any group of muscles, always the same one."""
-    known = GROUP_COLOURS | LEG_COLOURS
-    return known.get(group, TRUNK_COLOURS[crc32(group.encode()) % len(TRUNK_COLOURS)])
+def belly_radii(max_force: np.ndarray) -> np.ndarray:
+    """Radii (n,), m, of bellies from the muscles' greatest forces (n,), N, for a film."""
+    return np.clip(RADIUS_SHARE * np.sqrt(max_force / SPECIFIC_TENSION / np.pi), *BELLY_RADII)
 
 
-def muscle_colour(group: str, activation: float) -> tuple[np.ndarray, float]:
-    """Colour (3,), linear RGB, and glow of a muscle: its group's hue, brighter with activation."""
-    share = np.sqrt(np.clip(activation, 0.0, 1.0))
-    hue = linear_rgb(group_colour(group))
-    return hue * (0.25 + 0.75 * share), 0.5 * share
-
-
-def muscles(
-    paths: Sequence[np.ndarray],
-    groups: Sequence[str],
-    activation: np.ndarray,
-    tendon_radius: float = 0.0020,
-    belly_radius: float = 0.0050,
-) -> list[Mesh]:
-    """Muscles as thin tubes, coloured by group, brighter with activation.
+def muscles(paths: Sequence[np.ndarray], radii: np.ndarray, colours: np.ndarray, glow: np.ndarray) -> Mesh:
+    """Muscles as thin tubes.
 
     Parameters
     ----------
     paths : sequence of ndarray (k, 3)
         Of each of n muscles, m.
-    groups : sequence of str
-        Of each muscle.
-    activation : ndarray (n,)
-        0 to 1.
-    tendon_radius, belly_radius : float
-        At the ends and at the middle, m.
+    radii : ndarray (n,)
+        Of each belly, m.
+    colours : ndarray (n, 3)
+        Linear RGB.
+    glow : ndarray (n,)
+        As in `Mesh`.
 
     Returns
     -------
-    list of Mesh
-        One for each muscle, in order.
+    Mesh
+        Of all muscles, those with as many rings together.
     """
-    tubes = []
-    for path, group, level in zip(paths, groups, activation, strict=True):
-        smooth = resample(path, 0.008)
-        belly = np.sin(np.pi * np.linspace(0, 1, len(smooth))) ** 2
-        colour, glow = muscle_colour(group, level)
-        mesh = tube(smooth, tendon_radius + (belly_radius - tendon_radius) * belly, colour)
-        tubes.append(replace(mesh, glow=np.full(len(mesh.faces), glow)))
-    return tubes
+    length = np.array([np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in paths])
+    size = np.minimum(np.searchsorted(RINGS, length / RING_SPACING), len(RINGS) - 1)
+    meshes = []
+    for index in np.unique(size):
+        chosen = np.flatnonzero(size == index)
+        rings = RINGS[index]
+        belly = TENDON_SHARE + (1 - TENDON_SHARE) * np.sin(np.pi * np.linspace(0, 1, rings)) ** 2
+        smooth = evenly([paths[i] for i in chosen], rings)
+        mesh = tubes(smooth, radii[chosen, None] * belly, colours[chosen], SIDES)
+        meshes.append(replace(mesh, glow=np.repeat(glow[chosen], 2 * SIDES * (rings - 1))))
+    return join(meshes)

@@ -1,4 +1,4 @@
-"""How near the hand comes to its targets: teacher and networks, over time and over the reach."""
+"""How near the right hand comes to its targets: teacher and networks, over time and over the reach."""
 
 import sys
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from anthro import cli, figures
 from anthro.errors import UserError
 from anthro.files import read_shard
 
-DEMOS = ("reach_proprioceptive", "reach_paper", "reach")
+DEMOS = ("reach_right_arm_proprioceptive", "reach_right_arm_paper")
 TOLERANCE = 0.03
 WINDOW = 0.25
 LABELS = {
@@ -29,10 +29,11 @@ class Reach:
 
     Parameters
     ----------
-    errors : ndarray (targets, steps)
+    errors : ndarray (tried, steps)
         Distance of hand and target, m.
-    success : ndarray (targets,) bool
-    errors_no_reflex : ndarray (targets, steps) or None
+    success : ndarray (tried,) bool
+    errors_no_reflex : ndarray (tried, steps) or None
+        Of the first of the targets.
     """
 
     errors: np.ndarray
@@ -51,27 +52,22 @@ def read(run: Path) -> tuple[np.ndarray, np.ndarray, dict[str, Reach]]:
     """
     paths = [Path(run) / "demos" / demo / "rollout.h5" for demo in DEMOS]
     paths = [path for path in paths if path.is_file()] or paths[:1]
-    columns = {}
+    first, reaches = {}, {}
     for path in paths:
         found, _ = read_shard(path)
         missing = [name for name in ("target_time", "targets") if name not in found]
         if missing:
             raise UserError(f"{path}: no column {', '.join(missing)}")
-        if columns and not _same(columns, found):
+        if first and not _same(first, found):
             raise UserError(f"{path}: not of the same targets as {paths[0]}")
-        columns = {**found, **columns}
-    whose = [who for who in LABELS if f"errors_{who}" in columns and f"success_{who}" in columns]
-    if not whose:
+        first = first or found
+        for who in LABELS:
+            if f"errors_{who}" in found and f"success_{who}" in found:
+                without = None if who == "teacher" else found.get("errors_no_reflex")
+                reaches[who] = Reach(found[f"errors_{who}"], found[f"success_{who}"] > 0.5, without)
+    if not reaches:
         raise UserError(f"{paths[0]}: no column errors_<controller> with its success_<controller>")
-    reaches = {
-        who: Reach(
-            columns[f"errors_{who}"],
-            columns[f"success_{who}"] > 0.5,
-            columns.get(f"errors_{who}_no_reflex"),
-        )
-        for who in whose
-    }
-    return columns["target_time"], columns["targets"], reaches
+    return first["target_time"], first["targets"], {who: reaches[who] for who in LABELS if who in reaches}
 
 
 def _same(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:

@@ -1,0 +1,132 @@
+"""Normalised pairs in a file that is mapped into memory, and the batches that are drawn from it.
+
+The file holds one row a pair, inputs first, the training side before the validation side. While memory is
+free the system keeps all of it there, and a batch costs what it costs from an array; when memory is scarce
+the system drops what it likes and reads it again. The file has no name: it is gone with its process.
+"""
+
+import mmap
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from anthro.errors import UserError
+from anthro.learn.data import TRAINING, VALIDATION, Pairs, normalise
+
+CHUNK = 4096  # validation pairs at once
+RESIDENT = 2**31  # bytes of the file that count as the process's own at most
+FAULT = 2**21  # bytes that the system may map around a row that is read (its largest page)
+GPU_SHARE = 0.5  # of the GPU's free memory that the rows may fill
+
+
+class Rows:
+    """The rows of a training.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        The data set.
+    factors : dict of str to ndarray
+        The normalisation, in the form of `FeedForward.normalisation`.
+    folder : path-like
+        Where the file lies (4 bytes a number); created.
+    device : str or torch.device
+        Where batches are wanted. A GPU holds all rows, if they fill at most half of its free memory.
+
+    Attributes
+    ----------
+    training, validation : int
+        Pairs of each side.
+    n_in, n_out : int
+        Columns of inputs and of outputs.
+
+    Raises
+    ------
+    UserError
+        When there is no room in `folder`, and on shards that are no pairs (see `Pairs.blocks`).
+    """
+
+    def __init__(
+        self,
+        pairs: Pairs,
+        factors: dict[str, np.ndarray],
+        folder: str | os.PathLike,
+        device: str | torch.device = "cpu",
+    ):
+        self.factors, self.device = factors, torch.device(device)
+        self.training, self.validation = pairs.count(TRAINING), pairs.count(VALIDATION)
+        self.n_in, self.n_out = len(factors["input_mean"]), len(factors["output_mean"])
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            try:
+                self._write(file, pairs)
+            except OSError as error:
+                raise UserError(f"{folder}: no room for {self.bytes / 2**30:.3g} GiB of rows ({error})") from None
+            self._map = mmap.mmap(file.fileno(), self.bytes)
+        self._resident = 0
+        self._table = torch.frombuffer(self._map, dtype=torch.float32).view(-1, self.n_in + self.n_out)
+        if self.device.type == "cuda" and self.bytes < GPU_SHARE * torch.cuda.mem_get_info(self.device)[0]:
+            table = torch.empty(self._table.shape, device=self.device)
+            for start in range(0, len(table), CHUNK):
+                table[start : start + CHUNK] = self._table[start : start + CHUNK]
+                self._release(CHUNK)
+            self._table = table
+
+    @property
+    def bytes(self) -> int:
+        """Size of the file."""
+        return 4 * (self.n_in + self.n_out) * (self.training + self.validation)
+
+    def _write(self, file, pairs: Pairs) -> None:
+        width = 4 * (self.n_in + self.n_out)
+        place = {TRAINING: 0, VALIDATION: self.training * width}
+        for block in pairs.blocks():
+            rows = normalise(block, self.factors)
+            for side in place:
+                chosen = rows[block.side == side]
+                file.seek(place[side])
+                file.write(chosen)
+                place[side] += chosen.nbytes
+        file.flush()
+
+    def batches(self, order: np.ndarray, size: int) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
+        """Draw the training side in an order.
+
+        Parameters
+        ----------
+        order : ndarray of int, (n,)
+            Pairs, from 0 to `training` - 1.
+        size : int
+            Pairs a batch; the last may have fewer.
+
+        Yields
+        ------
+        inputs, outputs : Tensor, (size, n_in) and (size, n_out)
+            On the device, normalised.
+        """
+        for index in torch.from_numpy(order).to(self._table.device).split(size):
+            yield self._sides(self._table.index_select(0, index))
+            self._release(len(index))
+
+    def held_out(self) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
+        """Yield the validation side's inputs and outputs, normalised, some thousand at a time."""
+        for part in self._table[self.training :].split(CHUNK):
+            yield self._sides(part)
+            self._release(len(part))
+
+    def _sides(self, rows: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        if rows.device.type != self.device.type:
+            rows = rows.pin_memory().to(self.device, non_blocking=True)
+        return rows[:, : self.n_in], rows[:, self.n_in :]
+
+    def _release(self, count: int) -> None:
+        """Give the file's pages back to the system before more of them than `RESIDENT` are the process's own."""
+        self._resident += count * max(FAULT, 4 * (self.n_in + self.n_out))
+        if self.bytes > RESIDENT and self._resident > RESIDENT:
+            self._map.madvise(mmap.MADV_DONTNEED)
+            self._resident = 0
