@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from anthro.errors import UserError
-from anthro.motor.controller import INPUTS
+
+INPUTS = ("paper", "proprioceptive")  # variants of what a voluntary net is told
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from anthro import registry
 from anthro.demos.attempt import Staged, attempt, hold
 from anthro.demos.session import Session, advance
 from anthro.motor import controller as controller_module
 from anthro.motor import dynamics, effort, kinematics, teacher
-from anthro.motor.controller import INPUTS, NeuromuscularController
+from anthro.motor.controller import NeuromuscularController
 from anthro.motor.kinematics import InverseKinematics
 from anthro.motor.reflex import DRIVE_RANGE, reflex_adjustment
 from anthro.motor.system import MotorSystem
@@ -82,7 +83,7 @@ def systems(limb, policy):
     return MotorSystem(limb.body, {limb.name: policy})
 
 
-@pytest.mark.parametrize("inputs", INPUTS)
+@pytest.mark.parametrize("inputs", registry.INPUTS)
 @pytest.mark.parametrize("with_reflex", [True, False])
 def test_fifty_steps_solve_nothing(limb, load, monkeypatch, inputs, with_reflex):
     arm = limb("right_arm")
@@ -94,7 +95,7 @@ def test_fifty_steps_solve_nothing(limb, load, monkeypatch, inputs, with_reflex)
     assert simulator.time == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize("inputs", INPUTS)
+@pytest.mark.parametrize("inputs", registry.INPUTS)
 def test_the_whole_body_is_moved_by_networks_alone(run_folder, monkeypatch, inputs):
     session = Session.open(run_folder, "whole_fixed")
     system = session.system(list(LIMBS), inputs)

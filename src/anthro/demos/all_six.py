@@ -18,9 +18,7 @@ from anthro.demos.attempt import RECORDED, RECORDED_EVERY
 from anthro.demos.criterion import task_of
 from anthro.demos.session import Recorder, Session, advance, finish
 from anthro.demos.task import arguments, card_of, rows_of
-from anthro.motor.targets import Targets
 from anthro.progress import progress
-from anthro.streams import stream
 
 BODY = "whole_fixed"
 LIMBS = registry.WHOLE
@@ -63,10 +61,7 @@ class Watch:
 
 def rounds(session: Session, count: int, seed: int) -> list[dict]:
     """Targets in the world of all limbs, for each round."""
-    drawers = {
-        name: Targets(session.teacher(name), task_of(session.limb(name)).share, stream(seed, f"demos.all_six.{name}"))
-        for name in LIMBS
-    }
+    drawers = {name: session.drawer(name, task_of(session.limb(name)).share, seed, "all_six") for name in LIMBS}
     scratch, result = session.simulator(), []
     for _ in range(count):
         q = session.body.q_rest

@@ -9,7 +9,7 @@ import numpy as np
 from anthro import cli
 from anthro.demos.criterion import task_of
 from anthro.demos.session import Recorder, Session, advance, finish
-from anthro.demos.task import arguments, card_of, opened, rows_of
+from anthro.demos.task import arguments, card_of, opened, rows_of, title
 from anthro.errors import UserError
 from anthro.motor.system import MotorSystem
 from anthro.progress import progress
@@ -60,7 +60,7 @@ def main(argv=None) -> int:
         metrics, recorder = holds(session, session.system([args.limb], args.inputs), args.limb, targets)
         metrics |= {"inputs": inputs, "limb": args.limb, "targets": args.targets}
         bars = {"median_drift_m": (ALLOWED_DRIFT, "max"), "max_drift_m": (ALLOWED_DRIFT, "max")}
-        item = f"{args.limb.replace('_', ' ')} hold, 10 s, {inputs} inputs"
+        item = f"{title(args.limb, 'hold')}, 10 s, {inputs} inputs"
         rows = rows_of(metrics, item, "nakada2018", "Sec. 8.1", bars)
         finish(args, "hold", recorder.columns(), recorder.attrs(args.seed), metrics, rows, card)
     return 0

@@ -10,7 +10,7 @@ from anthro import cli
 from anthro.body.simulator import DEFAULT_STEP
 from anthro.demos.hold import points
 from anthro.demos.session import SUCCESS_RADIUS, Recorder, Session, advance, finish, row
-from anthro.demos.task import arguments, card_of, opened
+from anthro.demos.task import arguments, card_of, opened, title
 from anthro.motor.system import MotorSystem
 from anthro.progress import progress
 from anthro.streams import stream
@@ -78,7 +78,7 @@ def main(argv=None) -> int:
     with card_of(args, "push", limb=args.limb, inputs=inputs, targets=args.targets) as card:
         metrics, recorder = pushes(session, session.system([args.limb], args.inputs), args.limb, targets, args.seed)
         metrics |= {"inputs": inputs, "limb": args.limb, "targets": args.targets}
-        item = f"{args.limb.replace('_', ' ')} push, 20 N for 0.1 s, {inputs} inputs"
+        item = f"{title(args.limb, 'push')}, 20 N for 0.1 s, {inputs} inputs"
         rows = [
             row(item, "recovered_within_1_s", metrics["recovered_within_1_s"], "1", 1.0, "min", "Sec. 8.1"),
             row(item, "on_target_within_1_s", metrics["on_target_within_1_s"], "1", 1.0, "min", "Sec. 8.1"),

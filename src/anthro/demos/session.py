@@ -15,7 +15,7 @@ from anthro.body import Body
 from anthro.body.simulator import DEFAULT_STEP, Simulator
 from anthro.errors import UserError
 from anthro.files import read_json, write_json, write_shard
-from anthro.motor.controller import INPUTS, NeuromuscularController
+from anthro.motor.controller import NeuromuscularController
 from anthro.motor.limb import Limb, limb_plan
 from anthro.motor.others import Company, Others
 from anthro.motor.system import MotorSystem
@@ -27,6 +27,11 @@ from anthro.streams import stream
 SETTLED = 0.25  # s, at the end of a target
 GAZE_DISTANCE = 0.6  # m ahead of the head, at which a gaze target is drawn
 SUCCESS_RADIUS = 0.03  # m
+
+
+def data_spec(run: Path, limb: str, role: str) -> dict:
+    """What a limb's ``voluntary`` or ``reflex`` data of a run are synthesized from."""
+    return read_json(run / "specs" / "data" / f"{limb}_{role}.json")
 
 
 @dataclass
@@ -45,14 +50,15 @@ class Session:
         loaded = Body.load(Path(run) / "body" / body)
         return cls(Path(run), loaded.movable() if movable else loaded)
 
-    def _spec(self, limb: str) -> dict:
+    def spec(self, limb: str) -> dict:
+        """What a limb's voluntary data of this run are synthesized from; UserError for an unknown limb."""
         registry.limb(limb)
-        return read_json(self.run / "specs" / "data" / f"{limb}_voluntary.json")
+        return data_spec(self.run, limb, "voluntary")
 
     def limb(self, name: str) -> Limb:
         """A limb of this body; UserError for an unknown one, or one that the body lacks."""
         if name not in self._limbs:
-            self._limbs[name] = Limb(limb_plan(self._spec(name)["limb"]), self.body)
+            self._limbs[name] = Limb(limb_plan(self.spec(name)["limb"]), self.body)
         return self._limbs[name]
 
     def lead(self, name: str, effector: str) -> Limb:
@@ -72,7 +78,7 @@ class Session:
 
     def teacher(self, limb: str, rule: str = "equilibrium") -> Teacher:
         """The teacher with the gains that this run's data were labelled with."""
-        return Teacher(self.limb(limb), DEFAULT_STEP, Gains(**self._spec(limb)["teacher"]), rule)
+        return Teacher(self.limb(limb), DEFAULT_STEP, Gains(**self.spec(limb)["teacher"]), rule)
 
     def chosen_inputs(self, limb: str, inputs: str | None = None) -> str:
         """The variant asked for, or the one with which the limb did better in this run."""
@@ -100,20 +106,24 @@ class Session:
         for teacher in teachers.values():
             q = teacher.settled(q)
         simulator.reset(q)
-        held = [name for name in teachers if not self._spec(name)["rollout"]["slack_probability"]]
+        held = [name for name in teachers if not self.spec(name)["rollout"]["slack_probability"]]
         system.reset(simulator, {name: teachers[name].holding_state(q)[0] for name in held})
         return simulator
 
     def others(self, limb: str, seed: int, name: str) -> Others | None:
         """What the rest of the body does beside a limb, as in its training; None where it is limp."""
-        company = self._spec(limb).get("others")
+        company = self.spec(limb).get("others")
         if company is None:
             return None
         return Others(self.limb(limb), Company(**company), stream(seed, f"demos.{name}.{limb}.others"))
 
+    def drawer(self, limb: str, share: float, seed: int, name: str) -> Targets:
+        """Draws held-out targets of a limb, in the world with the body at rest, that its muscles can hold."""
+        return Targets(self.teacher(limb), share, stream(seed, f"demos.{name}.{limb}"))
+
     def targets(self, limb: str, count: int, share: float, seed: int, name: str) -> list:
-        """Held-out targets of a limb, in the world with the body at rest, that its muscles can hold."""
-        drawn = Targets(self.teacher(limb), share, stream(seed, f"demos.{name}.{limb}"))
+        """The first held-out targets of :meth:`drawer`."""
+        drawn = self.drawer(limb, share, seed, name)
         return [drawn.draw()[0] for _ in range(count)]
 
 
@@ -229,7 +239,9 @@ def parser(name: str, doc: str, limb: str | None = "right_arm") -> argparse.Argu
     if limb:
         result.add_argument("--limb", default=limb, help=f"limb that moves (default {limb})")
     result.add_argument("--seed", type=int, default=7, help="seed of the targets (default 7)")
-    result.add_argument("--inputs", choices=INPUTS, help="inputs of the voluntary net (default: the better of the run)")
+    result.add_argument(
+        "--inputs", choices=registry.INPUTS, help="inputs of the voluntary net (default: the better of the run)"
+    )
     result.add_argument("--json", action="store_true", help="print the metrics as JSON")
     result.add_argument("--out", type=Path, help="folder for rollout, metrics and run card")
     return result

@@ -18,12 +18,10 @@ from anthro.body.simulator import Simulator
 from anthro.demos.criterion import task_of
 from anthro.demos.leaning import ROOT, Leaning
 from anthro.demos.session import Recorder, Session, advance, finish, parser, row
-from anthro.demos.task import SEATED, card_of, positive
-from anthro.motor.controller import INPUTS
+from anthro.demos.task import SEATED, card_of, positive, title
 from anthro.motor.system import MotorSystem
-from anthro.motor.targets import Targets
 from anthro.progress import progress
-from anthro.streams import stream
+from anthro.registry import INPUTS
 
 ARMS, HEAD = ("right_arm", "left_arm"), "neck_seated"
 ON_ITS_BACK = np.pi / 2
@@ -70,7 +68,7 @@ class Bed:
     def targets(self, limb: str, count: int, seed: int) -> list[np.ndarray]:
         """Held-out targets in the world that lie over the upper body and that the arm can hold, gravity as it is."""
         share = task_of(self.session.limb(limb)).share
-        drawn = Targets(self.session.teacher(limb), share, stream(seed, f"demos.supine.{limb}"))
+        drawn = self.session.drawer(limb, share, seed, "supine")
         found: list[np.ndarray] = []
         while len(found) < count:
             target = drawn.draw()[0]
@@ -124,7 +122,7 @@ def main(argv=None) -> int:
             for arm in ARMS:
                 found = task_of(session.limb(arm)).summary(distance[arm])
                 metrics |= {f"{arm}_{inputs}_{name}": value for name, value in found.items()}
-                item = f"{arm.replace('_', ' ')} reaches up supine, {inputs} inputs"
+                item = f"{title(arm, 'reaches up supine')}, {inputs} inputs"
                 bar = (AIMED_AT, "min") if inputs == session.chosen_inputs(arm, args.inputs) else (None, "info")
                 rows.append(row(item, "success_rate", found["success_rate"], "1", *bar, "Sec. 8.6"))
                 rows.append(row(item, "median_error_m", found["median_error_m"], "m", source="Sec. 8.6"))

@@ -7,23 +7,21 @@ import sys
 import time
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from anthro import cli, registry
 from anthro.demos.criterion import task_of
-from anthro.demos.session import Session, finish, parser, row
-from anthro.demos.task import card_of
-from anthro.files import read_json
-from anthro.motor.controller import INPUTS
+from anthro.demos.session import Session, data_spec, finish, parser, row
+from anthro.demos.task import card_of, title
 from anthro.motor.limb import limb_plan
 from anthro.motor.synthesize import Source
 from anthro.motor.synthesize_reflex import wander
 from anthro.progress import progress
+from anthro.registry import INPUTS
 from anthro.streams import stream
 
-LIMBS = ("right_arm", "right_leg", "neck_seated", "neck", "core")  # left limbs mirror right ones
+LIMBS = registry.TIMED  # left limbs mirror right ones
 STEPS, TARGETS, LABELS, PAIRS, FIRST_PAIRS = 500, 20, 50, 100, 20
 ONLINE, VOLUNTARY, REFLEX, TEACHER = "controller", "voluntary_pair", "reflex_pair", "teacher_label"
 BARS = {  # s: bars of the project, by the sense of the limb
@@ -64,16 +62,11 @@ def _seconds(items: Iterator, count: int) -> float:
     return time.perf_counter() - started
 
 
-def spec_of(run: Path, limb: str, role: str) -> dict:
-    """What a limb's data of a run are synthesized from."""
-    return read_json(run / "specs" / "data" / f"{limb}_{role}.json")
-
-
 def measure(session: Session, name: str, seed: int) -> dict:
     """Seconds of one limb's parts, on the body that its data are synthesized on."""
     limb, teacher = session.limb(name), session.teacher(name)
     simulator, drive = session.simulator(), np.zeros(limb.size)
-    specs = {role: spec_of(session.run, name, role) for role in ("voluntary", "reflex")}
+    specs = {role: data_spec(session.run, name, role) for role in ("voluntary", "reflex")}
     students = [session.controller(name, inputs) for inputs in INPUTS]
     found = {}
     for inputs, student in zip(INPUTS, students, strict=True):
@@ -109,7 +102,7 @@ def compared(sense: str, found: dict) -> dict:
 
 def rows_of(limb: str, table: dict) -> list[dict]:
     """Scorecard rows of one limb: times against their bars, and how many times faster than the papers."""
-    item, paper, rows = f"{limb.replace('_', ' ')} timing, one core", registry.limb(limb).paper, []
+    item, paper, rows = f"{title(limb, 'timing')}, one core", registry.limb(limb).paper, []
     for part, entry in table.items():
         source = entry.get("source", "project")
         sense = "max" if entry["bar"] else "info"
@@ -126,7 +119,7 @@ def main(argv=None) -> int:
     with card_of(args, "timing", limbs=list(args.limbs)) as card:
         metrics, rows = {}, []
         for limb in progress(args.limbs, len(args.limbs), "limbs"):
-            plan = limb_plan(spec_of(args.run, limb, "voluntary")["limb"])
+            plan = limb_plan(data_spec(args.run, limb, "voluntary")["limb"])
             session = Session.open(args.run, plan.body)
             table = compared(plan.senses, measure(session, limb, args.seed))
             metrics[limb] = table

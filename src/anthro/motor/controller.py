@@ -13,8 +13,6 @@ from anthro.motor.limb import Limb
 from anthro.motor.network import FeedForward
 from anthro.motor.reflex import accumulate, activation
 
-INPUTS = ("paper", "proprioceptive")
-
 
 class NeuromuscularController:
     """Voluntary and reflex network of one limb, with the drive that they add up.

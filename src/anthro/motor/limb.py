@@ -89,9 +89,8 @@ class Limb:
         if plan.side not in SIDES or plan.senses not in SENSES:
             raise UserError(f"{plan.name}: side {plan.side!r} or senses {plan.senses!r} is unknown")
         self.plan, self.body = plan, body
-        ending = SIDES[plan.side]
-        self.muscles = _of(body.muscle_names, body.muscle_regions, plan.region, ending)
-        joints = _of(body.dof_names, body.dof_regions, plan.region, ending)
+        self.muscles = members(body.muscle_names, body.muscle_regions, plan.region, plan.side)
+        joints = members(body.dof_names, body.dof_regions, plan.region, plan.side)
         first = body.model.nv - body.dof_count
         kinds = np.array([_kind(body.dof_names[i], plan.yielding) for i in joints], int)
         self.driven, held, yielding = (joints[kinds == kind] for kind in range(3))
@@ -174,6 +173,7 @@ def _first(joint: str, values: dict[str, float], otherwise: float) -> float:
     return next((value for beginning, value in values.items() if joint.startswith(beginning)), otherwise)
 
 
-def _of(names, regions, region: str, ending: str) -> np.ndarray:
-    named = zip(names, regions, strict=True)
-    return np.array([i for i, (name, its) in enumerate(named) if its == region and name.endswith(ending)], int)
+def members(names, regions, region: str, side: str) -> np.ndarray:
+    """Indices of the muscles or joints, named and each of its region, that belong to a region's side or to both."""
+    named = enumerate(zip(names, regions, strict=True))
+    return np.array([i for i, (name, its) in named if its == region and name.endswith(SIDES[side])], int)

@@ -15,7 +15,7 @@ from anthro.body.simulator import DEFAULT_STEP
 from anthro.errors import UserError
 from anthro.files import digest, read_json, write_shard
 from anthro.motor.balance import Balance
-from anthro.motor.controller import INPUTS, NeuromuscularController
+from anthro.motor.controller import NeuromuscularController
 from anthro.motor.limb import Limb, limb_plan
 from anthro.motor.network import FeedForward
 from anthro.motor.others import Company, Others
@@ -24,6 +24,7 @@ from anthro.motor.rollouts import Episodes, Regimen
 from anthro.motor.targets import Targets
 from anthro.motor.teacher import Gains, Teacher
 from anthro.progress import progress
+from anthro.registry import INPUTS
 from anthro.streams import stream
 
 COLUMNS = ("offset", "drive", "strain", "voluntary")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from anthro.body import Body
+from anthro.motor.limb import SIDES, members
 from anthro.render.mesh import linear_rgb
 
 # Of the palette for colour blind readers of Okabe and Ito (Wong 2011), sRGB.
@@ -81,9 +82,10 @@ def shades(groups: Sequence[str], activation: np.ndarray, led: np.ndarray | None
 def limb_muscles(body: Body, limb: str) -> np.ndarray:
     """Which of a body's muscles (n,) bool are those of a limb, such as ``left_arm``, ``neck_seated`` or ``core``."""
     first, _, last = limb.partition("_")
-    region, ending = (last, f"_{first[0]}") if first in ("left", "right") else (first, "")
-    named = zip(body.muscle_names, body.muscle_regions, strict=True)
-    return np.array([its == region and name.endswith(ending) for name, its in named], bool)
+    region, side = (last, first) if first in SIDES else (first, "both")
+    chosen = np.zeros(body.muscle_count, bool)
+    chosen[members(body.muscle_names, body.muscle_regions, region, side)] = True
+    return chosen
 
 
 def legend(limbs: Sequence[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from anthro.body import Body
 from anthro.errors import UserError
@@ -96,16 +97,9 @@ class Rollout:
 
 def slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Unit quaternions (m, 4) at shares (m,) of the shorter turns from `start` to `end` (m, 4)."""
-    cosine = (start * end).sum(axis=1)
-    end = np.where(cosine[:, None] < 0, -end, end)
-    angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
-    sine = np.sin(angle)
-    small = sine < 1e-6
-    safe = np.where(small, 1.0, sine)
-    before = np.where(small, 1 - share, np.sin((1 - share) * angle) / safe)
-    after = np.where(small, share, np.sin(share * angle) / safe)
-    turned = before[:, None] * start + after[:, None] * end
-    return turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    first, last = (Rotation.from_quat(quaternions, scalar_first=True) for quaternions in (start, end))
+    way = (first.inv() * last).as_rotvec()
+    return (first * Rotation.from_rotvec(share[:, None] * way)).as_quat(scalar_first=True)
 
 
 def read_rollout(run: Path, demo: str) -> Rollout:
