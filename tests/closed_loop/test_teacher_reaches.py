@@ -5,6 +5,7 @@ import pytest
 
 from anthro.body.simulator import DEFAULT_STEP
 from anthro.demos.criterion import TASKS
+from anthro.demos.quality import Gauge
 from anthro.demos.session import advance, settled
 from anthro.motor.system import MotorSystem
 from anthro.motor.targets import Targets
@@ -48,6 +49,15 @@ def test_teacher_points_the_head(begun):
         for target in drawn(patient, task.share, 5, seed=0)
     ]
     assert np.mean(np.array(errors) < task.radius) >= 0.8
+
+
+def test_ribs_do_not_chatter_under_the_reflex(begun):
+    """Held upright for a second by the teacher, the core's activations come to rest."""
+    patient, system, simulator = begun("core")
+    target, gauge = patient.limb.feature(simulator.data), Gauge(simulator, patient.limb)
+    system.reset(simulator, {"core": patient.holding_state(simulator.joint_angles)[0]})
+    advance(simulator, system, {"core": target}, 1.0, gauge)
+    assert np.sqrt(np.mean(gauge.change[-20:])) < 1.0  # 1/s; 10 with a tenth of the ribs' damping
 
 
 def test_teacher_bends_the_trunk(begun):

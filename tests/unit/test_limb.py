@@ -68,6 +68,15 @@ def test_soft_joints_and_reluctant_ones(limb):
         assert share == pytest.approx(0.5 if core.body.dof_names[i].startswith("T") else 1.0)
 
 
+def test_the_girdle_is_held_and_led_nowhere(limb):
+    core = limb("core")
+    names = [core.body.dof_names[i] for i in core.driven]
+    assert [n for n, led in zip(names, core.led, strict=True) if not led] == [
+        n for n in names if n.startswith(("clavicle", "scapula"))
+    ]
+    assert limb("right_arm").led.all()
+
+
 @pytest.mark.parametrize("name", ["neck_seated", "core"])
 def test_twins_are_the_other_sides_muscles(limb, name):
     its = limb(name)

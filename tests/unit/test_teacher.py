@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from anthro.errors import UserError
 from anthro.motor import reflex
 from anthro.motor.dynamics import effort_problem
+from anthro.motor.kinematics import Pose
 from anthro.motor.limb import SLACK
 from anthro.motor.teacher import Gains, StaticPosture, Teacher, TeacherPolicy
 
@@ -182,6 +183,19 @@ def test_the_label_is_the_thresholds_way_of_one_stride(limb):
         simulator.reset(here)
         label = teacher.voluntary(simulator, np.full(29, 0.3))
         np.testing.assert_allclose(label, threshold[1] - threshold[0], atol=1e-6)
+
+
+def test_joints_that_are_led_nowhere_have_no_say_in_the_label(limb):
+    core = limb("core")
+    patient, simulator = Teacher(core, STEP), core.body.simulator()
+    simulator.reset(patient.settled(core.body.q_rest))
+    drive, _ = patient.holding_state(simulator.joint_angles)
+    target = core.feature(simulator.data)
+    goal = patient.aim(target).q
+    label = patient.voluntary(simulator, drive)
+    for led in (False, True):
+        patient.aim_at(target, Pose(goal + 0.05 * (core.led == led), 0.0))
+        assert np.array_equal(patient.voluntary(simulator, drive), label) == (not led)
 
 
 @pytest.mark.parametrize("name", ["right_arm", "right_leg"])

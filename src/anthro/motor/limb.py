@@ -39,6 +39,7 @@ class LimbPlan:
     reluctance : factors by which joints whose names begin so bend less than their range would have them.
     lack : torque in N m that the muscles may lack at a joint to hold a target's pose.
     soft : slack of the muscle problem for joints whose names begin so: larger where torques are hard to reach.
+    idle : beginnings of the names of driven joints that muscles hold where they are, and lead nowhere.
     """
 
     name: str
@@ -51,6 +52,7 @@ class LimbPlan:
     yielding: tuple[str, ...] = ()
     reluctance: dict[str, float] = field(default_factory=dict)
     soft: dict[str, float] = field(default_factory=dict)
+    idle: tuple[str, ...] = ()
     lack: float = 1.0
 
 
@@ -75,6 +77,7 @@ class Limb:
     slack : (t,) of the muscle problem.
     rows : (nv,) place of a velocity among driven and passive joints; negative elsewhere.
     half_range : (d,) rad.
+    led : (d,) bool, driven joints that are led to a target's pose; the others are held where they are.
     bending : (d,) rad, how much joints bend beside each other in canonical poses.
     twins : (n,) place of each muscle's twin on the other side, its own where there is none.
     sense : how its discrepancy is measured.
@@ -110,6 +113,7 @@ class Limb:
         self.half_range = 0.5 * (self.high - self.low)
         reluctance = [_first(body.dof_names[i], plan.reluctance, 1.0) for i in self.driven]
         self.bending = self.half_range / np.array(reluctance)
+        self.led = np.array([not body.dof_names[i].startswith(tuple(plan.idle)) for i in self.driven], bool)
         self.twins = twins([body.muscle_names[i] for i in self.muscles])
         self.is_alone = len(self.muscles) == body.muscle_count
         names = [body.dof_names[i] for i in self.driven]

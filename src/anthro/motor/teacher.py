@@ -202,7 +202,7 @@ class Teacher:
         return np.clip(label, -self.gains.max_adjustment, self.gains.max_adjustment)
 
     def _stride(self, angles) -> np.ndarray:
-        gap = self.pose.q - angles
+        gap = np.where(self.limb.led, self.pose.q - angles, 0.0)
         share = self.gains.approach_rate * self.step
         limit = self.gains.max_joint_speed * self.step
         return gap * min(share, limit / max(np.abs(gap).max(), 1e-12))
