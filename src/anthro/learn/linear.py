@@ -17,7 +17,7 @@ from anthro.learn.rows import Rows
 BLOCK = 8192  # pairs at once
 SMALLEST = 1e-9  # variance of a direction, as a share of the largest
 RIDGES = (1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)  # of normalised inputs' variance
-RANK_SHARE = 0.82  # of a layer's width that is the rank at most: of 300 units 246, so that all 244 muscles of the neck fit
+RANK_SHARE = 0.82  # of a layer's width that is the rank at most: of 300 units 246, for the 244 muscles of the neck
 LIFT = 5.0  # standard deviations by which the units that hand on are lifted
 
 
