@@ -6,7 +6,8 @@ import pytest
 
 from anthro.render.camera import Camera
 from anthro.render.mesh import evenly, join, linear_rgb, outermost, resample, sphere, tube, tubes
-from anthro.render.raytrace import FAR, Part, Studio, intersect, occluded, render
+from anthro.render.parts import FAR, Part
+from anthro.render.raytrace import Studio, intersect, occluded, render
 from anthro.render.scene import BELLY_RADII, belly_radii, bones, corners, muscle_paths, muscles, root_bone
 from anthro.render.solids import box, turned
 

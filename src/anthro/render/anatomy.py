@@ -12,7 +12,8 @@ from anthro.body import Body
 from anthro.errors import UserError
 from anthro.render.camera import Camera, view_direction
 from anthro.render.mesh import Mesh, join, linear_rgb, move, resample, tube
-from anthro.render.raytrace import Part, Studio, render
+from anthro.render.parts import Part
+from anthro.render.raytrace import Studio, render
 from anthro.render.scene import BONE_COLOUR, RADIUS_SHARE, SPECIFIC_TENSION, geom_mesh, mesh_geoms, muscle_paths
 
 BELLY_COLOUR, TENDON_COLOUR, LIGAMENT_COLOUR = "#B03A30", "#F1EBDD", "#8FA6B8"

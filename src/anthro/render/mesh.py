@@ -26,6 +26,8 @@ class Mesh:
         Share of the colour that shows without light.
     gloss : float
         Strength of the highlight.
+    mirror : float
+        Share of the light that is mirrored as by a looking glass.
     """
 
     vertices: np.ndarray
@@ -34,6 +36,7 @@ class Mesh:
     colours: np.ndarray
     glow: np.ndarray
     gloss: float = 0.1
+    mirror: float = 0.0
 
 
 def linear_rgb(colour: str) -> np.ndarray:
@@ -61,7 +64,7 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def join(meshes: Sequence[Mesh]) -> Mesh:
-    """One triangle soup of several meshes; the first one's gloss holds for all."""
+    """One triangle soup of several meshes; the first one's gloss and mirror hold for all."""
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
@@ -70,6 +73,7 @@ def join(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.colours for mesh in meshes]),
         np.concatenate([mesh.glow for mesh in meshes]),
         meshes[0].gloss,
+        meshes[0].mirror,
     )
 
 

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from anthro.render.mesh import Mesh, join
-from anthro.render.raytrace import Part
+from anthro.render.parts import Part
 from anthro.render.solids import box, turned
 
 CUSHION, METAL, FRAME = "#55626F", "#B4BBC1", "#3A4149"

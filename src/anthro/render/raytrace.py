@@ -2,178 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
+from anthro.render import kernels
 from anthro.render.camera import Camera
-from anthro.render.mesh import Mesh, linear_rgb
+from anthro.render.mesh import linear_rgb
+from anthro.render.parts import GOLDEN_ANGLE, OFFSET, REAL, Ball, Hits, Part, Rays
 
-FAR = 1e30
-# A hit's distance is known to about 1e-6 of it: a shadow ray starts this far off its surface, m.
-OFFSET = 2e-4
-# Single precision halves the time of a frame, which memory bounds, and is embree's own.
-REAL = np.float32
-GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
+BOUNCES = 2  # mirrors seen in mirrors; what lies behind them is not traced
 
 
-class Part:
-    """A rigid mesh, built once and placed anew in each frame.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        In its own frame.
-    rotation : ndarray (3, 3), optional
-    position : ndarray (3,), optional
-        From that frame to the world, m.
-    """
-
-    def __init__(
-        self,
-        mesh: Mesh,
-        rotation: np.ndarray | None = None,
-        position: np.ndarray | None = None,
-    ) -> None:
-        self.mesh = mesh = replace(
-            mesh,
-            vertices=mesh.vertices.astype(REAL),
-            normals=mesh.normals.astype(REAL),
-            colours=mesh.colours.astype(REAL),
-            glow=mesh.glow.astype(REAL),
-        )
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        self._middle = (low + high) / 2
-        reach = np.linalg.norm(mesh.vertices - self._middle, axis=1).max()
-        self.radius = float(1.001 * reach)
-        self._embree = EmbreeScene()
-        # embreex keeps no reference to the arrays that it was given.
-        self._arrays = (mesh.vertices, mesh.faces.astype(np.int32))
-        TriangleMesh(self._embree, *self._arrays)
-        self.exposure = np.ones(len(mesh.vertices), REAL)
-        self.place(rotation, position)
-
-    def bake(self, rays: int = 32) -> Part:
-        """Measure once, at each vertex, what share of the sky the part itself leaves free."""
-        vertices, normals = self.mesh.vertices, self.mesh.normals
-        index = np.arange(rays)
-        height = 1 - 2 * (index + 0.5) / rays
-        flat, turn = np.sqrt(1 - height**2), index * GOLDEN_ANGLE
-        free, total = np.zeros(len(vertices)), np.zeros(len(vertices))
-        for along in np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1):
-            facing = normals @ along
-            lit = np.flatnonzero(facing > 0.1)
-            start = vertices[lit] + 5 * OFFSET * normals[lit]
-            hit = self._run(start, along, query="OCCLUDED") == 0
-            total[lit] += facing[lit]
-            free[lit[~hit]] += facing[lit[~hit]]
-        self.exposure = (0.15 + 0.85 * free / np.maximum(total, 1e-9)).astype(REAL)
-        return self
-
-    def place(self, rotation: np.ndarray | None, position: np.ndarray | None) -> Part:
-        """Put the mesh's frame into the world; None leaves it unturned or unshifted."""
-        self.rotation = np.asarray(np.eye(3) if rotation is None else rotation, REAL)
-        self.position = np.asarray(np.zeros(3) if position is None else position, REAL)
-        self.centre = self.rotation @ self._middle + self.position
-        return self
-
-    def query(self, origins: np.ndarray, directions: np.ndarray, **options) -> dict | np.ndarray:
-        """Embree's answer for rays of the world carried into the part's frame.
-
-        Parameters
-        ----------
-        origins, directions : ndarray (n, 3) or (3,)
-            m; unit. At least one of the two has a row for each ray; the other may be common to all.
-        """
-        start = (origins - self.position) @ self.rotation
-        return self._run(start, directions @ self.rotation, **options)
-
-    def _run(self, origins: np.ndarray, directions: np.ndarray, **options) -> dict | np.ndarray:
-        start, along = np.broadcast_arrays(origins.astype(REAL), directions.astype(REAL))
-        return self._embree.run(np.ascontiguousarray(start), np.ascontiguousarray(along), **options)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Dot products of vectors (n, 3) or (3,) with vectors (n, 3) or (3,)."""
-    if a.ndim == 1:
-        return b @ a
-    return a @ b if b.ndim == 1 else a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
-
-
-def _pick(vectors: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The rows of vectors (n, 3), or the one vector (3,) common to all rows."""
-    return vectors if vectors.ndim == 1 else vectors.take(rows, axis=0)
-
-
-def _meet(centre: np.ndarray, radius: float, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Which rays (n,) bool meet a ball; arguments as in `Part.query`, m."""
-    to_centre = centre - origins
-    ahead, square = _dot(to_centre, directions), _dot(to_centre, to_centre)
-    return (square - ahead * ahead < radius**2) & ((ahead > 0) | (square < radius**2))
-
-
-def _candidates(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-    """Index of each part and the rays (k,) that meet the ball around it.
-
-    Parts are halved again and again by where they lie: few rays are tried against each of them.
-    """
-    if not len(parts):
-        return
-    count = max(np.size(origins), np.size(directions)) // 3
-    centres = np.array([part.centre for part in parts], REAL)
-    radii = np.array([part.radius for part in parts], REAL)
-    waiting = [(np.arange(len(parts)), np.arange(count))]
-    while waiting:
-        chosen, rays = waiting.pop()
-        middle = (centres[chosen].min(axis=0) + centres[chosen].max(axis=0)) / 2
-        reach = (np.linalg.norm(centres[chosen] - middle, axis=1) + radii[chosen]).max()
-        rays = rays[_meet(middle, reach, _pick(origins, rays), _pick(directions, rays))]
-        if not len(rays):
-            continue
-        if len(chosen) == 1:
-            yield int(chosen[0]), rays
-            continue
-        axis = np.argmax(np.ptp(centres[chosen], axis=0))
-        order = chosen[np.argsort(centres[chosen, axis], kind="stable")]
-        waiting += [(order[len(order) // 2 :], rays), (order[: len(order) // 2], rays)]
-
-
-@dataclass(frozen=True)
-class Hits:
-    """First hits of n rays.
-
-    Parameters
-    ----------
-    distance : ndarray (n,)
-        m; `FAR` where nothing was hit.
-    part : ndarray (n,)
-        Index of the part, -1 where none.
-    normal, colour : ndarray (n, 3)
-        Unit and turned to the ray's origin; linear RGB.
-    exposure : ndarray (n,)
-        Share of the sky that the part itself leaves free, 0 to 1.
-    glow, gloss : ndarray (n,)
-        As in `Mesh`.
-    """
-
-    distance: np.ndarray
-    part: np.ndarray
-    normal: np.ndarray
-    colour: np.ndarray
-    exposure: np.ndarray
-    glow: np.ndarray
-    gloss: np.ndarray
-
-
-def intersect(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray) -> Hits:
+def intersect(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray) -> Hits:
     """Nearest hit of each ray with all parts.
 
     Parameters
     ----------
-    parts : sequence of Part
+    parts : sequence of Part or Ball
     origins : ndarray (n, 3) or (3,)
         m.
     directions : ndarray (n, 3)
@@ -183,47 +30,26 @@ def intersect(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray
     -------
     Hits
     """
-    n = len(directions)
-    zeros, vectors = np.zeros(n, REAL), np.zeros((n, 3), REAL)
-    hits = Hits(
-        np.full(n, FAR, REAL),
-        np.full(n, -1),
-        vectors,
-        vectors.copy(),
-        zeros,
-        zeros.copy(),
-        zeros.copy(),
-    )
-    for index, rays in _candidates(parts, origins, directions):
-        part = parts[index]
-        answer = part.query(_pick(origins, rays), directions[rays], output=True)
-        nearer = (answer["primID"] >= 0) & (answer["tfar"] < hits.distance[rays])
-        rays, face = rays[nearer], answer["primID"][nearer]
-        u, v = answer["u"][nearer], answer["v"][nearer]
-        mesh, corners = part.mesh, part.mesh.faces[face]
-        weights = np.stack([1 - u - v, u, v], axis=1)
-        normal = np.einsum("ij,ijk->ik", weights, mesh.normals[corners]) @ part.rotation.T
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        away = _dot(normal, directions[rays]) > 0
-        hits.distance[rays] = answer["tfar"][nearer]
-        hits.part[rays] = index
-        hits.normal[rays] = np.where(away[:, None], -normal, normal)
-        hits.colour[rays] = mesh.colours[face]
-        hits.exposure[rays] = np.einsum("ij,ij->i", weights, part.exposure[corners])
-        hits.glow[rays] = mesh.glow[face]
-        hits.gloss[rays] = mesh.gloss
+    rays, hits = Rays(origins, directions), Hits(len(directions))
+    for index in nearest_first(parts, rays):
+        parts[index].meet(index, rays, hits)
     return hits
 
 
-def occluded(parts: Sequence[Part], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def nearest_first(parts: Sequence[Part | Ball], rays: Rays) -> list[int]:
+    """Indices of the parts, the nearer ones first: what they hide need not be traced."""
+    if not len(parts) or not len(rays.origins):
+        return []
+    away = np.array([part.centre for part in parts]) - rays.origins[0]
+    return np.argsort((away * away).sum(axis=1), kind="stable").tolist()
+
+
+def occluded(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Whether rays from `origins` (n, 3) along `directions` (n, 3) or (3,) meet any part: (n,)."""
-    blocked = np.zeros(len(origins), bool)
-    for index, rays in _candidates(parts, origins, directions):
-        rays = rays[~blocked[rays]]
-        if len(rays):
-            along = _pick(directions, rays)
-            blocked[rays] = parts[index].query(origins[rays], along, query="OCCLUDED") == 0
-    return blocked
+    rays = Rays(origins, directions)
+    for part in parts:
+        part.block(rays)
+    return rays.reach == 0
 
 
 @dataclass(frozen=True)
@@ -273,29 +99,53 @@ def disc_directions(axis: np.ndarray, spread_deg: float, count: int) -> np.ndarr
     return (spread / np.linalg.norm(spread, axis=1, keepdims=True)).astype(REAL)
 
 
-def shade(parts: Sequence[Part], studio: Studio, origin: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Linear RGB (n, 3) seen from `origin` (3,) along unit directions (n, 3)."""
-    origin, directions = np.asarray(origin, REAL), np.asarray(directions, REAL)
-    hits = intersect(parts, origin, directions)
-    colours = _surroundings(parts, studio, origin, directions, hits.distance >= FAR)
+def shade(
+    parts: Sequence[Part | Ball],
+    studio: Studio,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    bounces: int = BOUNCES,
+) -> np.ndarray:
+    """Linear RGB (n, 3) seen along rays.
+
+    Parameters
+    ----------
+    parts : sequence of Part or Ball
+    studio : Studio
+    origins : ndarray (n, 3) or (3,)
+        m.
+    directions : ndarray (n, 3)
+        Unit.
+    bounces : int
+        How often a ray is followed on from a mirror.
+
+    Returns
+    -------
+    ndarray (n, 3)
+        From 0; a highlight may exceed 1.
+    """
+    directions = np.ascontiguousarray(directions, REAL)
+    origins = np.ascontiguousarray(np.broadcast_to(np.asarray(origins, REAL), directions.shape))
+    hits = intersect(parts, origins, directions)
+    colours = _surroundings(parts, studio, origins, directions, hits.part < 0)
     seen = np.flatnonzero(hits.part >= 0)
     if not len(seen):
         return colours
-    normal, view = hits.normal[seen], directions[seen]
-    points = origin + hits.distance[seen, None] * view + OFFSET * normal
-    key = _key_light(parts, studio, points, normal)
-    sky = hits.exposure[seen] * (0.7 + 0.3 * normal[:, 2])
-    albedo = hits.colour[seen]
-    light = studio.key * key + studio.sky * sky + hits.glow[seen]
-    halfway = studio.key_axis - view
-    halfway /= np.linalg.norm(halfway, axis=1, keepdims=True)
-    shine = np.clip(_dot(normal, halfway), 0, 1) ** 40
-    highlight = hits.gloss[seen] * shine * (key > 0)
-    colours[seen] = albedo * light[:, None] + highlight[:, None]
+    points = kernels.leave(seen, origins, directions, hits.distance, hits.normal, REAL(OFFSET))
+    key = _key_light(parts, studio, points, hits.normal[seen])
+    strengths = REAL(studio.key), REAL(studio.sky)
+    kernels.phong(seen, directions, hits.normal, hits.surface, key, *strengths, studio.key_axis, colours)
+    mirrors = np.flatnonzero(hits.mirror[seen] > 0) if bounces else []
+    if len(mirrors):
+        rows = seen[mirrors]
+        normal, view, share = hits.normal[rows], directions[rows], hits.mirror[rows, None]
+        onward = view - 2 * (view * normal).sum(axis=1, keepdims=True) * normal
+        reflected = shade(parts, studio, points[mirrors], onward, bounces - 1)
+        colours[rows] = (1 - share) * colours[rows] + share * reflected
     return colours
 
 
-def _key_light(parts: Sequence[Part], studio: Studio, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def _key_light(parts: Sequence[Part | Ball], studio: Studio, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Share of the key light (n,) that arrives at points and their normals (n, 3)."""
     total = np.zeros(len(points), REAL)
     for direction in disc_directions(studio.key_axis, studio.key_spread_deg, studio.key_rays):
@@ -307,39 +157,40 @@ def _key_light(parts: Sequence[Part], studio: Studio, points: np.ndarray, normal
 
 
 def _surroundings(
-    parts: Sequence[Part],
+    parts: Sequence[Part | Ball],
     studio: Studio,
-    origin: np.ndarray,
+    origins: np.ndarray,
     directions: np.ndarray,
     needed: np.ndarray,
 ) -> np.ndarray:
     """Backdrop and floor (n, 3) for the rays that are `needed` (n,)."""
-    rise = np.clip(directions[:, 2:3] / 0.45, 0, 1)
+    rise = np.clip(directions[:, 2:3] / REAL(0.45), 0, 1)
     horizon, top = studio.backdrop_horizon.astype(REAL), studio.backdrop_top.astype(REAL)
     colours = horizon + (top - horizon) * rise
-    if studio.floor is None or origin[2] <= studio.floor:
+    if studio.floor is None:
         return colours
-    down = np.flatnonzero(needed & (directions[:, 2] < -1e-3))
-    distance = (studio.floor - origin[2]) / directions[down, 2]
-    points = origin + distance[:, None] * directions[down]
+    down = np.flatnonzero(needed & (directions[:, 2] < -1e-3) & (origins[:, 2] > studio.floor))
+    height = origins[down, 2] - REAL(studio.floor)
+    distance = -height / directions[down, 2]
+    points = origins[down] + distance[:, None] * directions[down]
     up = np.broadcast_to(np.array([0.0, 0.0, 1.0], REAL), points.shape)
     shadow = _key_light(parts, studio, points, up) / studio.key_axis[2]
     lit = studio.floor_colour.astype(REAL) * (0.45 + 0.55 * np.clip(shadow, 0, 1))[:, None]
     # The floor fades into the backdrop, so that no horizon cuts the picture.
-    fade = np.clip(distance / (6 * np.abs(origin[2] - studio.floor) + 6), 0, 1)[:, None]
+    fade = np.clip(distance / (6 * height + 6), 0, 1)[:, None]
     fade = fade * fade * (3 - 2 * fade)
     colours[down] = lit * (1 - fade) + colours[down] * fade
     return colours
 
 
 def render(
-    parts: Sequence[Part], camera: Camera, studio: Studio, samples: int = 3, threshold: float = 0.02
+    parts: Sequence[Part | Ball], camera: Camera, studio: Studio, samples: int = 3, threshold: float = 0.02
 ) -> np.ndarray:
     """A picture with its edges smoothed.
 
     Parameters
     ----------
-    parts : sequence of Part
+    parts : sequence of Part or Ball
     camera : Camera
     studio : Studio
     samples : int

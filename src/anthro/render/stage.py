@@ -10,8 +10,9 @@ from anthro.render.camera import Camera
 from anthro.render.framing import ELEVATION_DEG, azimuth_deg, framed_bones, holds_targets
 from anthro.render.mesh import Mesh, join, linear_rgb, outermost, resample, sphere, tube
 from anthro.render.palette import limb_muscles, shades
+from anthro.render.parts import Part
 from anthro.render.props import pieces
-from anthro.render.raytrace import Part, Studio
+from anthro.render.raytrace import Studio
 from anthro.render.rollout import QUATERNION, Rollout
 from anthro.render.scene import TARGET_COLOUR, belly_radii, bones, corners, muscle_paths, muscles, root_bone
 

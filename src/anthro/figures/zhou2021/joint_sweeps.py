@@ -13,7 +13,8 @@ from anthro import cli, figures
 from anthro.body import Body
 from anthro.render.camera import Camera
 from anthro.render.mesh import Mesh, join, linear_rgb, move, resample, tube
-from anthro.render.raytrace import Part, Studio, render
+from anthro.render.parts import Part
+from anthro.render.raytrace import Studio, render
 from anthro.render.scene import BONE_COLOUR, geom_mesh, mesh_geoms, muscle_paths
 
 MOVING_COLOUR, MUSCLE_COLOUR, INK = "#3F86C4", "#B03A30", "#20262C"

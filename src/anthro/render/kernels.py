@@ -1,0 +1,204 @@
+"""Inner loops of ray tracing, compiled: which rays may meet a part, which hit is nearest, what light it sends back.
+
+Vectors are single precision. Rays have origins and unit directions (n, 3) in the world; ``reach`` (n,) says how far
+each of them still looks, m, and is 0 for one that looks no more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+COMPILED = {"cache": True, "error_model": "numpy"}
+SMALL = np.float32(1e-12)
+SHININESS = 40  # exponent of the highlight
+
+
+@njit(**COMPILED)
+def gather(origins, directions, reach, centre, radius, rotation, position, low, high, chosen, starts, ways):
+    """Rays that pass the ball and the box around a part, carried into the part's frame.
+
+    Parameters
+    ----------
+    centre, radius : ndarray (3,), float
+        Of the ball, in the world.
+    rotation, position : ndarray (3, 3), (3,)
+        From the part's frame to the world.
+    low, high : ndarray (3,)
+        Corners of the box in the part's frame.
+    chosen, starts, ways : ndarray (n,) int32, (n, 3), (n, 3)
+        Filled from the front: index, origin and direction of each such ray.
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    count = 0
+    square = radius * radius
+    start, way = np.empty(3, np.float32), np.empty(3, np.float32)
+    for i in range(len(directions)):
+        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
+        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
+        if ahead <= -radius or ahead - radius >= reach[i]:
+            continue
+        away = x * x + y * y + z * z
+        if away - ahead * ahead >= square or (ahead <= 0 and away >= square):
+            continue
+        near, far = np.float32(0.0), reach[i]
+        for k in range(3):
+            begin, slope = np.float32(0.0), np.float32(0.0)
+            for j in range(3):
+                begin += (origins[i, j] - position[j]) * rotation[j, k]
+                slope += directions[i, j] * rotation[j, k]
+            start[k], way[k] = begin, slope
+            if abs(slope) < SMALL:
+                slope = SMALL
+            enter, leave = (low[k] - begin) / slope, (high[k] - begin) / slope
+            if enter > leave:
+                enter, leave = leave, enter
+            near, far = max(near, enter), min(far, leave)
+        if near <= far:
+            chosen[count] = i
+            for k in range(3):
+                starts[count, k], ways[count, k] = start[k], way[k]
+            count += 1
+    return count
+
+
+@njit(**COMPILED)
+def keep_nearest(
+    index, chosen, far, face, u, v, faces, corners, skins, sheen, rotation, directions, distance, part, normal, surface
+):
+    """Hits of a part that are nearer than what the rays hit so far.
+
+    Parameters
+    ----------
+    index : int
+        Of the part.
+    chosen, far, face, u, v : ndarray (k,)
+        Rays, and where they hit it: distance, triangle (-1 for a miss), barycentric coordinates.
+    faces, corners, skins, sheen : ndarray (m, 3), (v, 4), (m, 4), (2,)
+        The part's triangles; normal and exposure of each vertex; colour and glow of each triangle; gloss and mirror.
+    distance, part, normal, surface : ndarray (n,), (n,), (n, 3), (n, 7)
+        Changed: nearest hits; ``surface`` has colour, exposure, glow, gloss and mirror.
+    """
+    for k in range(len(far)):
+        i, f = chosen[k], face[k]
+        if f < 0 or far[k] >= distance[i]:
+            continue
+        distance[i], part[i] = far[k], index
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        w = 1 - u[k] - v[k]
+        x = w * corners[a, 0] + u[k] * corners[b, 0] + v[k] * corners[c, 0]
+        y = w * corners[a, 1] + u[k] * corners[b, 1] + v[k] * corners[c, 1]
+        z = w * corners[a, 2] + u[k] * corners[b, 2] + v[k] * corners[c, 2]
+        size, facing = np.float32(0.0), np.float32(0.0)
+        for j in range(3):
+            value = rotation[j, 0] * x + rotation[j, 1] * y + rotation[j, 2] * z
+            normal[i, j] = value
+            size += value * value
+            facing += value * directions[i, j]
+        scale = 1 / max(np.sqrt(size), SMALL)
+        if facing > 0:
+            scale = -scale
+        for j in range(3):
+            normal[i, j] *= scale
+            surface[i, j] = skins[f, j]
+        surface[i, 3] = w * corners[a, 3] + u[k] * corners[b, 3] + v[k] * corners[c, 3]
+        surface[i, 4], surface[i, 5], surface[i, 6] = skins[f, 3], sheen[0], sheen[1]
+
+
+@njit(**COMPILED)
+def mark(chosen, answer, reach):
+    """Set the ``reach`` of those rays (k,) to 0 whose ``answer`` (k,) of embree's occlusion query is 0."""
+    for k in range(len(answer)):
+        if answer[k] == 0:
+            reach[chosen[k]] = 0
+
+
+@njit(**COMPILED)
+def meet_ball(index, centre, radius, skin, origins, directions, distance, part, normal, surface):
+    """Hits of a ball that are nearer than what the rays hit so far; arguments as in `keep_nearest`.
+
+    Double precision: the difference of two squares decides.
+    """
+    for i in range(len(directions)):
+        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
+        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
+        gap = ahead * ahead - (x * x + y * y + z * z) + radius * radius
+        if gap <= 0:
+            continue
+        half = np.sqrt(gap)
+        far = ahead - half
+        if far <= 0:
+            far = ahead + half
+        if far <= 0 or far >= distance[i]:
+            continue
+        distance[i], part[i] = far, index
+        facing = 0.0
+        for j in range(3):
+            normal[i, j] = (origins[i, j] + far * directions[i, j] - centre[j]) / radius
+            facing += normal[i, j] * directions[i, j]
+        if facing > 0:
+            for j in range(3):
+                normal[i, j] = -normal[i, j]
+        for j in range(7):
+            surface[i, j] = skin[j]
+
+
+@njit(**COMPILED)
+def block_ball(centre, radius, origins, directions, reach):
+    """Set the ``reach`` of rays that meet a ball to 0."""
+    for i in range(len(directions)):
+        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
+        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
+        away = x * x + y * y + z * z - radius * radius
+        if ahead * ahead - away > 0 and (ahead > 0 or away < 0):
+            reach[i] = 0
+
+
+@njit(**COMPILED)
+def leave(seen, origins, directions, distance, normal, offset):
+    """Points (k, 3), m, just off the surfaces that the rays ``seen`` (k,) hit."""
+    points = np.empty((len(seen), 3), np.float32)
+    for k in range(len(seen)):
+        i = seen[k]
+        for j in range(3):
+            points[k, j] = origins[i, j] + distance[i] * directions[i, j] + offset * normal[i, j]
+    return points
+
+
+@njit(**COMPILED)
+def phong(seen, directions, normal, surface, arrived, key, sky, axis, colours):
+    """Light that surfaces send back along the rays ``seen`` (k,).
+
+    Phong's local model (1975) with Blinn's halfway vector (1977) for the highlight; what is ambient comes from a sky
+    that is brighter above.
+
+    Parameters
+    ----------
+    arrived : ndarray (k,)
+        Share of the key light that arrives, with the cosine of its angle.
+    key, sky : float
+        Strengths.
+    axis : ndarray (3,)
+        Unit, to the key light.
+    colours : ndarray (n, 3)
+        Changed: linear RGB.
+    """
+    half = np.empty(3, np.float32)
+    for k in range(len(seen)):
+        i = seen[k]
+        light = key * arrived[k] + sky * surface[i, 3] * np.float32(0.7 + 0.3 * normal[i, 2]) + surface[i, 4]
+        highlight = np.float32(0.0)
+        if arrived[k] > 0 and surface[i, 5] > 0:
+            size, facing = np.float32(0.0), np.float32(0.0)
+            for j in range(3):
+                half[j] = axis[j] - directions[i, j]
+                size += half[j] * half[j]
+                facing += half[j] * normal[i, j]
+            facing = min(max(facing / np.sqrt(size), 0.0), 1.0)
+            highlight = surface[i, 5] * facing**SHININESS
+        for j in range(3):
+            colours[i, j] = surface[i, j] * light + highlight

@@ -1,0 +1,249 @@
+"""What rays meet: rigid meshes, built once and placed anew in each frame, and balls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from anthro.render import kernels
+from anthro.render.mesh import Mesh, linear_rgb
+
+FAR = 1e30
+# A hit's distance is known to about 1e-6 of it: a shadow ray starts this far off its surface, m.
+OFFSET = 2e-4
+# Single precision halves the time of a frame, which memory bounds, and is embree's own.
+REAL = np.float32
+GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
+BAKED_EXPOSURE = (0.15, 0.85)  # what a fold keeps of the sky, and what an open place has more
+
+
+class Rays:
+    """Rays of the world, and room to carry some of them into a part's frame.
+
+    Parameters
+    ----------
+    origins : ndarray (n, 3) or (3,)
+        m.
+    directions : ndarray (n, 3) or (3,)
+        Unit. At least one of the two has a row for each ray.
+    reach : ndarray (n,), optional
+        How far each one looks, m; `FAR` if it is left out.
+    """
+
+    def __init__(self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | None = None) -> None:
+        shape = (len(directions) if np.ndim(directions) == 2 else len(origins), 3)
+        self.origins, self.directions = (
+            np.ascontiguousarray(np.broadcast_to(np.asarray(given, REAL), shape)) for given in (origins, directions)
+        )
+        self.reach = np.full(shape[0], FAR, REAL) if reach is None else reach
+        self.chosen = np.empty(shape[0], np.int32)
+        self.starts, self.ways = np.empty(shape, REAL), np.empty(shape, REAL)
+
+
+class Hits:
+    """First hits of n rays.
+
+    Attributes
+    ----------
+    distance : ndarray (n,)
+        m; `FAR` where nothing was hit.
+    part : ndarray (n,)
+        Index of the part, -1 where none.
+    normal : ndarray (n, 3)
+        Unit and turned to the ray's origin.
+    surface : ndarray (n, 7)
+        Columns: linear RGB; exposure, which is the share of the sky that the part itself leaves free; glow, gloss and
+        mirror as in `Mesh`.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.distance = np.full(count, FAR, REAL)
+        self.part = np.full(count, -1, np.int32)
+        self.normal = np.zeros((count, 3), REAL)
+        self.surface = np.zeros((count, 7), REAL)
+
+    @property
+    def colour(self) -> np.ndarray:
+        """Linear RGB (n, 3)."""
+        return self.surface[:, :3]
+
+    @property
+    def mirror(self) -> np.ndarray:
+        """Share (n,) of the light that is mirrored."""
+        return self.surface[:, 6]
+
+
+class Part:
+    """A rigid mesh, built once and placed anew in each frame.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        In its own frame.
+    rotation : ndarray (3, 3), optional
+    position : ndarray (3,), optional
+        From that frame to the world, m.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        rotation: np.ndarray | None = None,
+        position: np.ndarray | None = None,
+    ) -> None:
+        self.mesh = mesh = replace(
+            mesh,
+            vertices=mesh.vertices.astype(REAL),
+            normals=mesh.normals.astype(REAL),
+            colours=mesh.colours.astype(REAL),
+            glow=mesh.glow.astype(REAL),
+        )
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        self._middle = (low + high) / 2
+        reach = np.linalg.norm(mesh.vertices - self._middle, axis=1).max()
+        self.radius = float(1.001 * reach)
+        # Wider than the mesh by what rounding may do to a ray that grazes it.
+        self._box = (low - REAL(1e-4 + 1e-3 * reach), high + REAL(1e-4 + 1e-3 * reach))
+        self._embree = EmbreeScene()
+        # embreex keeps no reference to the arrays that it was given.
+        self._arrays = (mesh.vertices, mesh.faces.astype(np.int32))
+        TriangleMesh(self._embree, *self._arrays)
+        self._corners = np.column_stack([mesh.normals, np.ones(len(mesh.vertices), REAL)])
+        self._skins = np.column_stack([mesh.colours, mesh.glow])
+        self._sheen = np.array([mesh.gloss, mesh.mirror], REAL)
+        self.place(rotation, position)
+
+    @property
+    def exposure(self) -> np.ndarray:
+        """Share (v,) of the sky that the part itself leaves free at each vertex, 0 to 1."""
+        return self._corners[:, 3]
+
+    def bake(self, rays: int = 32) -> Part:
+        """Measure once, at each vertex, what share of the sky the part itself leaves free."""
+        vertices, normals = self.mesh.vertices, self.mesh.normals
+        index = np.arange(rays)
+        height = 1 - 2 * (index + 0.5) / rays
+        flat, turn = np.sqrt(1 - height**2), index * GOLDEN_ANGLE
+        free, total = np.zeros(len(vertices)), np.zeros(len(vertices))
+        for along in np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1):
+            facing = normals @ along
+            lit = np.flatnonzero(facing > 0.1)
+            start = (vertices[lit] + 5 * OFFSET * normals[lit]).astype(REAL)
+            ways = np.ascontiguousarray(np.broadcast_to(along.astype(REAL), start.shape))
+            hit = self._embree.run(start, ways, query="OCCLUDED") == 0
+            total[lit] += facing[lit]
+            free[lit[~hit]] += facing[lit[~hit]]
+        self._corners[:, 3] = BAKED_EXPOSURE[0] + BAKED_EXPOSURE[1] * free / np.maximum(total, 1e-9)
+        return self
+
+    def place(self, rotation: np.ndarray | None, position: np.ndarray | None) -> Part:
+        """Put the mesh's frame into the world; None leaves it unturned or unshifted."""
+        self.rotation = np.ascontiguousarray(np.eye(3) if rotation is None else rotation, REAL)
+        self.position = np.asarray(np.zeros(3) if position is None else position, REAL)
+        self.centre = self.rotation @ self._middle + self.position
+        return self
+
+    def meet(self, index: int, rays: Rays, hits: Hits) -> None:
+        """Write into `hits` where it is hit nearer than all before, as part `index`."""
+        count = self._gather(rays, hits.distance)
+        if not count:
+            return
+        found = self._embree.run(rays.starts[:count], rays.ways[:count], output=True)
+        kernels.keep_nearest(
+            index,
+            rays.chosen,
+            found["tfar"],
+            found["primID"],
+            found["u"],
+            found["v"],
+            self._arrays[1],
+            self._corners,
+            self._skins,
+            self._sheen,
+            self.rotation,
+            rays.directions,
+            hits.distance,
+            hits.part,
+            hits.normal,
+            hits.surface,
+        )
+
+    def block(self, rays: Rays) -> None:
+        """Set the reach of rays that meet it to 0."""
+        count = self._gather(rays, rays.reach)
+        if count:
+            answer = self._embree.run(rays.starts[:count], rays.ways[:count], query="OCCLUDED")
+            kernels.mark(rays.chosen, answer, rays.reach)
+
+    def _gather(self, rays: Rays, reach: np.ndarray) -> int:
+        """How many rays may meet it nearer than `reach` (n,); they are left in `rays`, in the part's frame."""
+        return kernels.gather(
+            rays.origins,
+            rays.directions,
+            reach,
+            self.centre,
+            REAL(self.radius),
+            self.rotation,
+            self.position,
+            *self._box,
+            rays.chosen,
+            rays.starts,
+            rays.ways,
+        )
+
+
+class Ball:
+    """An exact ball that needs no mesh.
+
+    Parameters
+    ----------
+    radius : float
+        m.
+    colour : str
+        sRGB ``#rrggbb``.
+    position : sequence of float
+        m, in the world.
+    gloss, glow, mirror : float
+        As in `Mesh`; the first two are those of `anthro.render.mesh.sphere`.
+    """
+
+    def __init__(
+        self,
+        radius: float,
+        colour: str,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        gloss: float = 0.4,
+        glow: float = 0.15,
+        mirror: float = 0.0,
+    ) -> None:
+        self.radius = float(radius)
+        self._skin = np.array([*linear_rgb(colour), 1.0, glow, gloss, mirror], REAL)
+        self.place(position)
+
+    def place(self, position: Sequence[float]) -> Ball:
+        """Put its centre (3,), m, into the world."""
+        self.centre = np.array(position, float)
+        return self
+
+    def meet(self, index: int, rays: Rays, hits: Hits) -> None:
+        """As in `Part`."""
+        kernels.meet_ball(
+            index,
+            self.centre,
+            self.radius,
+            self._skin,
+            rays.origins,
+            rays.directions,
+            hits.distance,
+            hits.part,
+            hits.normal,
+            hits.surface,
+        )
+
+    def block(self, rays: Rays) -> None:
+        """As in `Part`."""
+        kernels.block_ball(self.centre, self.radius, rays.origins, rays.directions, rays.reach)
