@@ -48,10 +48,11 @@ def save(figure, path: Path) -> None:
 
 
 def log_ticks(axis) -> None:
-    """Label a logarithmic axis in plain numbers, at 1, 2 and 5 of each decade if it spans few."""
+    """Label a logarithmic axis in plain numbers: 1, 2 and 5 of each decade if it spans few, all digits if less."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = sorted(axis.get_view_interval())
-    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 200 * low else (1.0, 2.0, 5.0)))
+    digits = (1.0,) if high > 200 * low else (1.0, 2.0, 5.0) if high > 4 * low else tuple(range(1, 10))
+    axis.set_major_locator(LogLocator(subs=digits))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

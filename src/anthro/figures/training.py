@@ -89,22 +89,23 @@ def draw_panel(axes, title: str, curves: list[Curve], pad: float) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True, steps=(1, 2, 5, 10)))
     axes.set_xlabel("epoch")
     axes.set_title(title, pad=pad)
+    axes.annotate(
+        "\n".join(told(curves)), (0, 1), (0, 4), xycoords="axes fraction", textcoords="offset points",
+        fontsize=7, color="0.3", va="bottom",
+    )  # fmt: skip
+
+
+def told(curves: list[Curve]) -> list[str]:
+    """Return what is said above a panel: whose training it is, if a twin's, and what each net came to."""
     lines = [
         (f"{curve.label}: " if curve.label else "")
         + f"{curve.epochs:,} epochs, unexplained variance {curve.unexplained:.2g}"
         for curve in curves
     ]
-    axes.annotate(
-        "\n".join(lines), (0, 1), (0, 4), xycoords="axes fraction", textcoords="offset points",
-        fontsize=7, color="0.3", va="bottom",
-    )  # fmt: skip
     if twin := curves[0].mirrored_from:
         limb = twin.partition("_voluntary")[0].removesuffix("_reflex").replace("_", " ")
-        axes.text(
-            0.98, 0.97, f"mirrored:\nthe {limb}'s training", transform=axes.transAxes,
-            ha="right", va="top", fontsize=7, color="0.25", style="italic",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
-        )  # fmt: skip
+        lines.insert(0, f"mirrored: the {limb}'s training")
+    return lines
 
 
 def legend(figure, labels: list[str]) -> None:
@@ -138,7 +139,7 @@ def draw_panels(panels: dict[str, list[Curve]], columns: int = 2):
     rows = -(-len(panels) // columns)
     width = 4.6 if columns == 1 else 7.2
     figure, grid = plt.subplots(rows, columns, figsize=(width, 0.35 + 2.85 * rows), squeeze=False)
-    pad = 7 + 9 * max(map(len, panels.values()))
+    pad = 7 + 9 * max(len(told(curves)) for curves in panels.values())
     for axes, (title, curves) in zip(grid.flat, panels.items(), strict=True):
         draw_panel(axes, title, curves, pad)
     for row in grid:

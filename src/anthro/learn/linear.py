@@ -17,7 +17,6 @@ from anthro.learn.rows import Rows
 BLOCK = 8192  # pairs at once
 SMALLEST = 1e-9  # variance of a direction, as a share of the largest
 RIDGES = (1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)  # of normalised inputs' variance
-RANK_SHARE = 0.82  # of a layer's width that is the rank at most: of 300 units 246, for the 244 muscles of the neck
 LIFT = 5.0  # standard deviations by which the units that hand on are lifted
 
 
@@ -71,8 +70,7 @@ def _error(rows: Rows, mean):
 
 def start_linear(network: Network, rows: Rows) -> None:
     """Set a network's weights, drawn as He does, so that it begins as the least-squares map of the training side."""
-    width = min(network.sizes[1:-1])
-    rank = min(rows.n_in, rows.n_out, int(width * RANK_SHARE))
+    rank = min(rows.n_in, rows.n_out, *network.sizes[1:-1])
     into, out, offset = (torch.from_numpy(value).float() for value in least_squares(rows, rank))
     handed, layers = slice(0, len(into)), network.layers
     with torch.no_grad():
