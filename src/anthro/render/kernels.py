@@ -202,3 +202,56 @@ def phong(seen, directions, normal, surface, arrived, key, sky, axis, colours):
             highlight = surface[i, 5] * facing**SHININESS
         for j in range(3):
             colours[i, j] = surface[i, j] * light + highlight
+
+
+@njit(**COMPILED)
+def backdrop(directions, horizon, top):
+    """Linear RGB (n, 3) of a backdrop that turns from one colour (3,) to another as rays (n, 3) rise."""
+    colours = np.empty((len(directions), 3), np.float32)
+    for i in range(len(directions)):
+        rise = min(max(directions[i, 2] / np.float32(0.45), np.float32(0.0)), np.float32(1.0))
+        for j in range(3):
+            colours[i, j] = horizon[j] + (top[j] - horizon[j]) * rise
+    return colours
+
+
+@njit(**COMPILED)
+def meet_floor(origins, directions, needed, floor):
+    """Which of the rays that are ``needed`` (n,) meet the floor from above, and where.
+
+    Returns
+    -------
+    rows : ndarray (k,)
+    points : ndarray (k, 3)
+        m.
+    """
+    rows = np.empty(len(directions), np.int64)
+    points = np.empty((len(directions), 3), np.float32)
+    count = 0
+    for i in range(len(directions)):
+        if needed[i] and directions[i, 2] < -1e-3 and origins[i, 2] > floor:
+            distance = (floor - origins[i, 2]) / directions[i, 2]
+            for j in range(3):
+                points[count, j] = origins[i, j] + distance * directions[i, j]
+            rows[count] = i
+            count += 1
+    return rows[:count], points[:count]
+
+
+@njit(**COMPILED)
+def paint_floor(rows, points, origins, lit, floor_colour, colours):
+    """Colour the rays ``rows`` (k,) that meet the floor at ``points`` (k, 3), m; ``lit`` (k,) 0 in shadow, 1 in light.
+
+    The floor fades into the backdrop, so that no horizon cuts the picture.
+    """
+    for k in range(len(rows)):
+        i = rows[k]
+        away = np.float32(0.0)
+        for j in range(3):
+            away += (points[k, j] - origins[i, j]) ** 2
+        height = origins[i, 2] - points[k, 2]
+        fade = min(np.sqrt(away) / (6 * height + 6), np.float32(1.0))
+        fade = fade * fade * (3 - 2 * fade)
+        light = np.float32(0.45) + np.float32(0.55) * min(max(lit[k], np.float32(0.0)), np.float32(1.0))
+        for j in range(3):
+            colours[i, j] = floor_colour[j] * light * (1 - fade) + colours[i, j] * fade

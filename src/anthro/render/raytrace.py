@@ -90,6 +90,8 @@ class Studio:
 
 def disc_directions(axis: np.ndarray, spread_deg: float, count: int) -> np.ndarray:
     """Unit directions (count, 3) that fill a cone about a unit `axis` (3,); one is the axis."""
+    if count == 1:
+        return axis[None].astype(REAL)
     side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     side /= np.linalg.norm(side)
     index = np.arange(count)
@@ -164,22 +166,13 @@ def _surroundings(
     needed: np.ndarray,
 ) -> np.ndarray:
     """Backdrop and floor (n, 3) for the rays that are `needed` (n,)."""
-    rise = np.clip(directions[:, 2:3] / REAL(0.45), 0, 1)
-    horizon, top = studio.backdrop_horizon.astype(REAL), studio.backdrop_top.astype(REAL)
-    colours = horizon + (top - horizon) * rise
+    colours = kernels.backdrop(directions, studio.backdrop_horizon.astype(REAL), studio.backdrop_top.astype(REAL))
     if studio.floor is None:
         return colours
-    down = np.flatnonzero(needed & (directions[:, 2] < -1e-3) & (origins[:, 2] > studio.floor))
-    height = origins[down, 2] - REAL(studio.floor)
-    distance = -height / directions[down, 2]
-    points = origins[down] + distance[:, None] * directions[down]
+    down, points = kernels.meet_floor(origins, directions, needed, REAL(studio.floor))
     up = np.broadcast_to(np.array([0.0, 0.0, 1.0], REAL), points.shape)
     shadow = _key_light(parts, studio, points, up) / studio.key_axis[2]
-    lit = studio.floor_colour.astype(REAL) * (0.45 + 0.55 * np.clip(shadow, 0, 1))[:, None]
-    # The floor fades into the backdrop, so that no horizon cuts the picture.
-    fade = np.clip(distance / (6 * height + 6), 0, 1)[:, None]
-    fade = fade * fade * (3 - 2 * fade)
-    colours[down] = lit * (1 - fade) + colours[down] * fade
+    kernels.paint_floor(down, points, origins, shadow, studio.floor_colour.astype(REAL), colours)
     return colours
 
 

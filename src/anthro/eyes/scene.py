@@ -1,0 +1,102 @@
+"""The world that the eyes see: the body's own limbs, balls, and what stands about, before an even background.
+
+Each rigid piece is built once and only placed anew in each frame. Trunk and head are left out: they hardly come into
+view, and the face would stand before the pinholes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from anthro.errors import UserError
+from anthro.eyes.flesh import flesh
+from anthro.render.mesh import linear_rgb
+from anthro.render.parts import Ball, Part
+from anthro.render.props import Piece, pieces
+from anthro.render.raytrace import Studio
+from anthro.render.scene import corners, root_bone
+
+LIMBS = ("humerus_r", "humerus_l", "femur_r", "femur_l")  # first bones of the limbs that are seen
+SKIN = "#D9A98A"
+BACKGROUND = "#5B6066"
+KEY_DIRECTION = np.array([0.5, 0.35, 1.0])  # to the light: before the body, at its left, above
+
+
+class Scene:
+    """What the eyes of a body see.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Of the body.
+    balls : sequence of Ball
+        Placed by whoever moves them.
+    things : sequence of Part
+        Slopes and the like, where they stand.
+    floor : float, optional
+        Its height, m. It has the background's colour, so only shadows tell where it is; no floor if it is left out.
+    stool : bool
+        Whether the body sits on a stool, which needs a floor to stand on.
+    background, skin : str
+        sRGB ``#rrggbb``.
+
+    Raises
+    ------
+    UserError
+        The model has no limb, or a stool has no floor.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        balls: Sequence[Ball] = (),
+        things: Sequence[Part] = (),
+        floor: float | None = None,
+        stool: bool = False,
+        background: str = BACKGROUND,
+        skin: str = SKIN,
+    ) -> None:
+        colour, around = linear_rgb(skin), linear_rgb(background)
+        self._limbs = {body: Part(mesh) for body, mesh in flesh(model, LIMBS, dict.fromkeys(LIMBS, colour)).items()}
+        if not self._limbs:
+            raise UserError(f"the body has none of the bones {', '.join(LIMBS)}: nothing of it can be seen")
+        if stool and floor is None:
+            raise UserError("a stool needs a floor to stand on")
+        self.balls, self._things = list(balls), list(things)
+        self._root = root_bone(model)
+        self._home, self._pieces = _stool(model, self._root, floor) if stool else (np.zeros(3), [])
+        self.studio = Studio(
+            KEY_DIRECTION,
+            floor=floor,
+            backdrop_top=around,
+            backdrop_horizon=around,
+            floor_colour=around,
+        )
+
+    @property
+    def parts(self) -> list[Part | Ball]:
+        """All that rays may meet, where it lies now."""
+        return [*self._limbs.values(), *(piece.part for piece in self._pieces), *self._things, *self.balls]
+
+    def place(self, data: mujoco.MjData) -> Scene:
+        """Put the limbs and what the body sits on where `data` has them, after `mj_kinematics`."""
+        for body, part in self._limbs.items():
+            part.place(data.xmat[body].reshape(3, 3), data.xpos[body])
+        for piece in self._pieces:
+            piece.place(data.xmat[self._root].reshape(3, 3), data.xpos[self._root], self._home)
+        return self
+
+
+def _stool(model: mujoco.MjModel, root: int, floor: float) -> tuple[np.ndarray, list[Piece]]:
+    """Place (3,), m, of the root bone as the body is built, and the pieces of a stool beneath it."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    home, turn = data.xpos[root].copy(), data.xmat[root].reshape(3, 3)
+    bones = {}
+    for body, points in corners(model).items():
+        placed = points @ data.xmat[body].reshape(3, 3).T + data.xpos[body]
+        bones[model.body(body).name] = (placed - home) @ turn
+    return home, pieces("stool", bones, floor - float(home[2]))
