@@ -144,6 +144,7 @@ DEMOS = {
     "write_reclining": Demo("anthro.demos.reclining", ("nakada2018",), SEATED),
     "supine": Demo("anthro.demos.supine", ("nakada2018",), ("right_arm", "left_arm", "neck_seated")),
     "timing": Demo("anthro.demos.timing", TIMED_ON, TIMED, rollout=False, alone=True),
+    "eyes": Demo("anthro.eyes.benchmark", ("nakada2018",), rollout=False, alone=True),
     "solvers": Demo("anthro.motor.compare_solvers", ("right_arm",), rollout=False, alone=True),
 }
 
@@ -155,6 +156,8 @@ FIGURES = {
     "fig10_neck_training": Figure("nakada2018"),
     "fig11_voluntary_training": Figure("nakada2018"),
     "fig13_reflex_training": Figure("nakada2018"),
+    "fig14_sight": Figure("nakada2018"),
+    "fig15_retina": Figure("nakada2018"),
     "fig20_neck_on_off": Figure("nakada2018"),
     "fig20_neck_on_off_video": Figure("nakada2018", "mp4"),
     "fig21_arm_on_off": Figure("nakada2018"),

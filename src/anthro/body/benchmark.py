@@ -39,14 +39,14 @@ STAGE_STEPS = 200
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
-def one_core() -> None:
-    """Start this program again on one core, its libraries with one thread each, if it is not so already.
+def one_core(module: str) -> None:
+    """Start a module's program again on one core, its libraries with one thread each, if it is not so already.
 
     Libraries count their threads when they are imported, so setting the variables here would be too late.
     """
     if any(os.environ.get(name) != "1" for name in THREADS):
         os.environ.update(dict.fromkeys(THREADS, "1"))
-        os.execv(sys.executable, [sys.executable, "-m", "anthro.body.benchmark", *sys.argv[1:]])
+        os.execv(sys.executable, [sys.executable, "-m", module, *sys.argv[1:]])
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
@@ -195,5 +195,5 @@ def main(argv=None) -> int:
 
 
 if __name__ == "__main__":
-    one_core()
+    one_core("anthro.body.benchmark")
     sys.exit(cli.run(main))

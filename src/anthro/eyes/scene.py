@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from anthro.body import Body
 from anthro.errors import UserError
 from anthro.eyes.flesh import flesh
 from anthro.render.mesh import linear_rgb
@@ -60,6 +61,7 @@ class Scene:
         skin: str = SKIN,
     ) -> None:
         colour, around = linear_rgb(skin), linear_rgb(background)
+        self._names = [model.body(body).name for body in range(model.nbody)]
         self._limbs = {body: Part(mesh) for body, mesh in flesh(model, LIMBS, dict.fromkeys(LIMBS, colour)).items()}
         if not self._limbs:
             raise UserError(f"the body has none of the bones {', '.join(LIMBS)}: nothing of it can be seen")
@@ -81,6 +83,16 @@ class Scene:
         """All that rays may meet, where it lies now."""
         return [*self._limbs.values(), *(piece.part for piece in self._pieces), *self._things, *self.balls]
 
+    @property
+    def limb_names(self) -> list[str]:
+        """Bones with which the first of `parts` move, in their order."""
+        return [self._names[body] for body in self._limbs]
+
+    @property
+    def triangles(self) -> int:
+        """Of all parts that have a mesh."""
+        return sum(len(part.mesh.faces) for part in self.parts if isinstance(part, Part))
+
     def place(self, data: mujoco.MjData) -> Scene:
         """Put the limbs and what the body sits on where `data` has them, after `mj_kinematics`."""
         for body, part in self._limbs.items():
@@ -88,6 +100,18 @@ class Scene:
         for piece in self._pieces:
             piece.place(data.xmat[self._root].reshape(3, 3), data.xpos[self._root], self._home)
         return self
+
+
+def sole_height(body: Body) -> float:
+    """Height, m, of the lowest point of a body's bones at its rest posture: where its floor may lie."""
+    data = mujoco.MjData(body.model)
+    data.qpos[:] = body.q_rest
+    mujoco.mj_kinematics(body.model, data)
+    heights = [
+        (points @ data.xmat[bone].reshape(3, 3).T)[:, 2].min() + data.xpos[bone][2]
+        for bone, points in corners(body.model).items()
+    ]
+    return float(min(heights))
 
 
 def _stool(model: mujoco.MjModel, root: int, floor: float) -> tuple[np.ndarray, list[Piece]]:
