@@ -23,9 +23,9 @@ from anthro.render.raytrace import Studio, intersect, render
 from anthro.render.scene import bones
 
 SEED = 7  # the usual one of a run
-SIZE = (760, 760)  # pixels of the scene
+SIZE = (640, 640)  # pixels of the scene
 RAY_COLOUR, RAY_RADIUS = "#2E6FD0", 0.0011
-EVERY = 23  # of the rays, one is drawn
+EVERY = 29  # of the rays, one is drawn
 LONGEST = 1.2  # m, of a ray that meets nothing
 SLICE_DEG = 2.0  # of the section through the eye: rays that leave the level by less are drawn
 BALLS = ((0.06, "#FFFFFF", (0.62, 0.22, -0.12)), (0.055, "#D02020", (0.60, -0.22, -0.22)))  # m, from the head
@@ -102,7 +102,7 @@ def body_picture(body: Body, data: mujoco.MjData, eyes: Eyes) -> np.ndarray:
     ]
     points = np.concatenate([*meshes, paths[:, 1] * [1, 0.75, 1]])
     camera = Camera.framing(points, -62.0, 10.0, *SIZE, margin=0.02)
-    studio = Studio(LIT, floor=scene.studio.floor, key_rays=5, key_spread_deg=3.0)
+    studio = Studio(LIT, floor=scene.studio.floor, key_rays=2, key_spread_deg=2.0)
     return render(shown, camera, studio)
 
 
