@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from anthro.errors import UserError
-from anthro.eyes.eye import MOVERS, RADIUS, TOP_SPEED, Eye, MainSequenceMover, PaperMover, mover, towards
+from anthro.eyes.eye import MOVERS, RADIUS, TOP_SPEED, Eye, EyeState, MainSequenceMover, PaperMover, mover, towards
 
 STEP = 0.005  # s
 LEFT, RIGHT = Eye("left"), Eye("right")
@@ -15,7 +15,7 @@ ANGLE = st.floats(-0.7, 0.7)
 
 def saccade(way, degrees):
     """Peak speed and greatest speed of the gaze, degrees a second, and steps until a horizontal goal is reached."""
-    state, speeds = way.start(np.zeros(2)), []
+    state, speeds = EyeState(np.zeros(2)), []
     goal = np.deg2rad([degrees, 0.0])
     for _ in range(200):
         after = way.step(LEFT, state, goal, 0.001)
@@ -68,7 +68,7 @@ def test_limits_are_those_of_people():
 )
 def test_no_command_drives_an_eye_beyond_its_limits_or_its_speed(name, commands, seconds):
     way = mover(name)
-    state = way.start(np.zeros(2))
+    state = EyeState(np.zeros(2))
     for command in commands:
         after = way.step(RIGHT, state, np.array(command), seconds)
         assert np.linalg.norm(after.angles - state.angles) <= TOP_SPEED * seconds * (1 + 1e-9)
@@ -79,7 +79,7 @@ def test_no_command_drives_an_eye_beyond_its_limits_or_its_speed(name, commands,
 
 
 def test_the_papers_eye_goes_at_900_degrees_a_second():
-    state = PaperMover().start(np.zeros(2))
+    state = EyeState(np.zeros(2))
     state = PaperMover().step(LEFT, state, np.deg2rad([40.0, 0.0]), STEP)
     assert np.rad2deg(state.angles) == pytest.approx([4.5, 0])  # 900 * 0.005
     state = PaperMover().step(LEFT, state, np.deg2rad([3.0, 1.0]), STEP)
@@ -98,7 +98,7 @@ def test_peak_speeds_of_the_main_sequence_are_peoples(degrees, human, deviation)
 
 def test_a_saccade_is_ballistic_and_then_follows_the_next_command():
     way = MainSequenceMover()
-    state = way.step(LEFT, way.start(np.zeros(2)), np.deg2rad([20.0, 0.0]), STEP)
+    state = way.step(LEFT, EyeState(np.zeros(2)), np.deg2rad([20.0, 0.0]), STEP)
     for _ in range(40):
         state = way.step(LEFT, state, np.deg2rad([-20.0, 0.0]), STEP)
         if state.goal is None:
@@ -110,7 +110,7 @@ def test_a_saccade_is_ballistic_and_then_follows_the_next_command():
 
 def test_small_errors_are_pursued_no_faster_than_people_can():
     way = MainSequenceMover()
-    state = way.step(LEFT, way.start(np.zeros(2)), np.deg2rad([0.9, 0.0]), STEP)
+    state = way.step(LEFT, EyeState(np.zeros(2)), np.deg2rad([0.9, 0.0]), STEP)
     assert state.goal is None and np.rad2deg(state.angles) == pytest.approx([0.45, 0])  # 90 * 0.005
 
 
@@ -129,4 +129,4 @@ def test_bad_input_is_told():
         mover("owl")
     for command in (np.array([np.nan, 0.0]), np.zeros(3)):
         with pytest.raises(UserError, match="two finite angles"):
-            PaperMover().step(LEFT, PaperMover().start(np.zeros(2)), command, STEP)
+            PaperMover().step(LEFT, EyeState(np.zeros(2)), command, STEP)

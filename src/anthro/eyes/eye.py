@@ -84,34 +84,6 @@ def towards(angles: np.ndarray, goal: np.ndarray, most: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class PaperMover:
-    """Eyes as in the papers: at most 900 degrees a second towards what is commanded.
-
-    Theta and phi are limited together; the gaze itself never turns faster than they do.
-    """
-
-    top_speed: float = TOP_SPEED
-
-    def start(self, angles: np.ndarray) -> EyeState:
-        """An eye that rests at angles theta, phi (2,), rad."""
-        return EyeState(np.array(angles, float))
-
-    def step(self, eye: Eye, state: EyeState, command: np.ndarray, seconds: float) -> EyeState:
-        """The eye after a control step.
-
-        Parameters
-        ----------
-        eye : Eye
-        state : EyeState
-        command : ndarray (2,)
-            Angles theta, phi where the eye ought to look, rad.
-        seconds : float
-            Length of the step.
-        """
-        return EyeState(towards(state.angles, eye.within(_finite(command)), self.top_speed * seconds))
-
-
-@dataclass(frozen=True)
 class EyeState:
     """Where an eye is, and the saccade that it makes.
 
@@ -133,6 +105,30 @@ class EyeState:
 
 
 @dataclass(frozen=True)
+class PaperMover:
+    """Eyes as in the papers: at most 900 degrees a second towards what is commanded.
+
+    Theta and phi are limited together; the gaze itself never turns faster than they do.
+    """
+
+    top_speed: float = TOP_SPEED
+
+    def step(self, eye: Eye, state: EyeState, command: np.ndarray, seconds: float) -> EyeState:
+        """The eye after a control step.
+
+        Parameters
+        ----------
+        eye : Eye
+        state : EyeState
+        command : ndarray (2,)
+            Angles theta, phi where the eye ought to look, rad.
+        seconds : float
+            Length of the step.
+        """
+        return EyeState(towards(state.angles, eye.within(_finite(command)), self.top_speed * seconds))
+
+
+@dataclass(frozen=True)
 class MainSequenceMover:
     """Eyes whose saccades saturate: the larger one's peak speed grows ever less with its amplitude.
 
@@ -147,10 +143,6 @@ class MainSequenceMover:
     scale: float = float(np.deg2rad(7.91))
     threshold: float = float(np.deg2rad(1.0))
     pursuit_speed: float = float(np.deg2rad(90.0))
-
-    def start(self, angles: np.ndarray) -> EyeState:
-        """An eye that rests at angles theta, phi (2,), rad."""
-        return EyeState(np.array(angles, float))
 
     def peak_speed(self, amplitude: float) -> float:
         """Of a saccade of that amplitude, rad: rad/s."""

@@ -118,9 +118,7 @@ class Eyes:
         angles = np.zeros((2, 2)) if angles is None else np.asarray(angles, float)
         if angles.shape != (2, 2) or not np.isfinite(angles).all():
             raise UserError("two eyes rest at two finite angles each")
-        self._states: list[EyeState] = [
-            self._mover.start(eye.within(pair)) for eye, pair in zip(self.eyes, angles, strict=True)
-        ]
+        self._states = [EyeState(eye.within(pair)) for eye, pair in zip(self.eyes, angles, strict=True)]
 
     def turn(self, command: np.ndarray, seconds: float) -> np.ndarray:
         """Turn for a control step of some seconds towards commanded angles (2, 2), rad; returns `angles`."""

@@ -24,11 +24,13 @@ from anthro.render.scene import bones
 
 SEED = 7  # the usual one of a run
 SIZE = (640, 640)  # pixels of the scene
-RAY_COLOUR, RAY_RADIUS = "#2E6FD0", 0.0011
+RAY_COLOUR, RAY_RADIUS = "#2E6FD0", 0.0018
 EVERY = 29  # of the rays, one is drawn
 LONGEST = 1.2  # m, of a ray that meets nothing
+BETWEEN = "#26292D"  # colour between receptors, on which white ones show
 SLICE_DEG = 2.0  # of the section through the eye: rays that leave the level by less are drawn
 BALLS = ((0.06, "#FFFFFF", (0.62, 0.22, -0.12)), (0.055, "#D02020", (0.60, -0.22, -0.22)))  # m, from the head
+BEHIND = ("#A9B5C1", "#C6CDD4", "#BEC4CA")  # backdrop above and at the horizon, and floor, of (b)
 LIT = np.array([0.9, -0.55, 1.1])  # to the light of (b), which is not that of the scene
 
 
@@ -102,7 +104,10 @@ def body_picture(body: Body, data: mujoco.MjData, eyes: Eyes) -> np.ndarray:
     ]
     points = np.concatenate([*meshes, paths[:, 1] * [1, 0.75, 1]])
     camera = Camera.framing(points, -62.0, 10.0, *SIZE, margin=0.02)
-    studio = Studio(LIT, floor=scene.studio.floor, key_rays=2, key_spread_deg=2.0)
+    top, horizon, floor = (linear_rgb(colour) for colour in BEHIND)
+    studio = Studio(
+        LIT, floor=scene.studio.floor, backdrop_top=top, backdrop_horizon=horizon, floor_colour=floor, key_rays=2
+    )
     return render(shown, camera, studio)
 
 
@@ -112,6 +117,7 @@ def percept(axes: plt.Axes, receptors: Layout, vector: np.ndarray, title: str) -
     away = np.hypot(*place.T)
     order = np.argsort(-away)
     colours = np.clip(vector.reshape(-1, 3), 0, 1) ** (1 / 2.2)
+    axes.add_patch(plt.Circle((0, 0), 1.03 * FIELD_DEG / 2, color=BETWEEN, linewidth=0))
     axes.scatter(*place[order].T, s=0.3 + (0.062 * away[order]) ** 2, c=colours[order], linewidths=0)
     edge = 1.04 * FIELD_DEG / 2
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xticks=[], yticks=[])
