@@ -211,7 +211,7 @@ def test_a_push_at_an_effector_is_the_force_times_its_way(arm):
         slopes.append((ends[1] - ends[0]) / (2.0 * small))
     simulator.reset(pose)
     simulator.push(force, "finger_r")
-    np.testing.assert_allclose(simulator._applied, np.array(slopes) @ force, atol=1e-6)
+    np.testing.assert_allclose(simulator._pushed, np.array(slopes) @ force, atol=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -33,6 +33,7 @@ __all__ = ["DEFAULT_STEP", "LIMIT_DAMPING", "LIMIT_STIFFNESS", "Simulator", "lim
 
 DEFAULT_STEP = 0.005
 CORRECTIONS = 4  # most times that the set of pushing stops is settled anew in one step
+ROOT = 1  # MuJoCo's first body, after the world
 BIAS_CORRECTIONS = 2  # times that Coriolis forces are computed from the step's end velocity
 FEW = 0.25  # changes to the system, as a share of its size, up to which it is amended and not factored anew
 
@@ -52,6 +53,7 @@ class Simulator:
     Attributes
     ----------
     low, high : (m,) limits of the hinges, rad.
+    base_velocity : (3,) m/s of a root that is carried (:meth:`carry`); velocities of joints are beside it.
     """
 
     def __init__(self, body: Body, step: float = DEFAULT_STEP, world: World | None = None):
@@ -71,6 +73,8 @@ class Simulator:
         contacts = 0 if self._touch is None else len(body.contacts)
         self._system = System(nv, len(self._stops) + 2 * contacts)
         self._start_velocity, self._bias, self._applied = np.zeros((3, nv))
+        self._pushed, self._inertia = np.zeros((2, nv))
+        self._base, self.base_velocity = None, np.zeros(3)
         self._terms = self._assembled()
         self.reset(self._rest_pose())
 
@@ -119,7 +123,7 @@ class Simulator:
         return pose
 
     def reset(self, qpos=None, qvel=None, time: float = 0.0) -> None:
-        """Set the state and forget pushes.
+        """Set the state, forget pushes, and have a carried root back where it stood.
 
         Parameters
         ----------
@@ -130,7 +134,9 @@ class Simulator:
         self.data.qpos[:] = self._rest_pose() if qpos is None else qpos
         self.data.qvel[:] = 0.0 if qvel is None else qvel
         self.data.time = time
-        self._applied[:] = 0.0
+        self._pushed[:] = self._inertia[:] = self.base_velocity[:] = 0.0
+        if self._base is not None:
+            self.model.body_pos[ROOT], self._base = self._base, None
         self.refresh()
 
     def refresh(self) -> None:
@@ -220,7 +226,34 @@ class Simulator:
             mujoco.mj_jacBodyCom(self.model, self.data, jacobian, None, index)
         else:
             raise UserError(f"{self.body.name} has no bone or effector {bone!r}")
-        self._applied[:] = jacobian.T @ np.asarray(force, float)
+        self._pushed[:] = jacobian.T @ np.asarray(force, float)
+
+    def carry(self, displacement, velocity) -> None:
+        """Carry the fixed root along, without turning it; called before every step of the motion.
+
+        All masses are accelerated with the base: in its frame each bears the inertial force -m a, with a the mean
+        acceleration of the step, so that no impulse is lost however fast the base moves.
+
+        Parameters
+        ----------
+        displacement : (3,) m, of the root at the step's end from where it stood at the first call.
+        velocity : (3,) m/s, of the root at the step's end.
+
+        Raises
+        ------
+        UserError
+            The root is free, or there is ground or seat, which would not be carried along.
+        """
+        if self.body.root_free or self._touch:
+            raise UserError(f"{self.body.name}: only a fixed root with nothing around it can be carried")
+        if self._base is None:
+            self._base = self.model.body_pos[ROOT].copy()
+        acceleration = (np.asarray(velocity, float) - self.base_velocity) / self.step_seconds
+        jacobian = np.zeros((3, self.model.nv))
+        mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, ROOT)
+        self._inertia[:] = -self.model.body_subtreemass[ROOT] * (jacobian.T @ acceleration)
+        self.model.body_pos[ROOT] = self._base + displacement
+        self.base_velocity[:] = velocity
 
     def muscle_force(self, activation) -> np.ndarray:
         """Tensions (n,) N at the present strains and the given activations (n,)."""
@@ -294,6 +327,7 @@ class Simulator:
         """
         self._assemble(activation)
         self._advance(self._solve())
+        self._inertia[:] = 0.0
         self.refresh()
 
     def _assemble(self, activation) -> None:
@@ -301,6 +335,7 @@ class Simulator:
         activation = np.ascontiguousarray(activation, float)
         if activation.shape != (self.body.muscle_count,):
             raise UserError(f"{self.body.name} takes {self.body.muscle_count} activations, got {activation.shape}")
+        np.add(self._pushed, self._inertia, out=self._applied)
         assemble(activation, *self._terms)
 
     def _solve(self) -> np.ndarray:
