@@ -6,7 +6,8 @@ speed of approach, m the ball's mass and g the slopes of the touched point along
     p = (1 + e) u / (1/m + g M^-1 g^T),    ball: dv = p n / m,    body: dv = -M^-1 g^T p
 
 so that u turns into -e u and the kinetic energy falls by (1 - e^2) u^2 / (1/m + g M^-1 g^T) / 2, never rises. Muscles
-and stops meet the body's new velocity in the next step. Balls do not meet each other.
+and stops meet the body's new velocity in the next step. Slopes stand still and slow a ball along them, too. Balls do
+not meet each other.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from anthro.world.collision import contact, first_meeting, fly, nearest
 from anthro.world.surfaces import Slope
 
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
-# Slower ones bounce fully: a ball at rest trembles, by 0.03 mm, where it would sink between two looks.
+# Balls leave with no less, if they came with as much: one at rest trembles, by 0.03 mm, where it would sink.
 REST_SPEED = 0.025  # m/s
 MOST = 16  # bounces of a step, after which balls fly on
 
@@ -127,11 +128,10 @@ class Balls:
         """
         if not 0 <= ball < len(self.balls):
             raise UserError(f"there is no ball {ball} among {len(self.balls)}")
-        state = np.array([position, velocity], float)
-        if state.shape != (2, 3) or not np.isfinite(state).all():
-            raise UserError(f"ball {ball}: position and velocity must be three finite numbers each")
-        self.position[ball], self.velocity[ball] = state
-        self._playing[ball] = True
+        for vector in (position, velocity):
+            if np.shape(vector) != (3,) or not np.isfinite(vector).all():
+                raise UserError(f"ball {ball}: position and velocity must be three finite numbers each")
+        self.position[ball], self.velocity[ball], self._playing[ball] = position, velocity, True
 
     def remove(self, ball: int) -> None:
         """Take a ball out of play."""
@@ -197,20 +197,21 @@ class Balls:
         slopes = normal @ point_jacobian(self.simulator, bone, point)
         answer = response(self.simulator, slopes)
         mass = 1.0 / (1.0 / self.balls[ball].mass + slopes @ answer)
-        impulse = (1.0 + _restitution(self.balls[ball].restitution, speed)) * speed * mass
+        impulse = _turned(self.balls[ball].restitution, speed) * mass
         jolt(self.simulator, -impulse * answer, left)
         self.capsules.refresh(self.simulator)
         return impulse * normal
 
 
-def _restitution(restitution: float, speed: float) -> float:
-    return restitution if speed > REST_SPEED else 1.0
+def _turned(restitution: float, speed: float) -> float:
+    """By how much a bounce changes the speed of approach, m/s."""
+    return speed + max(restitution * speed, min(speed, REST_SPEED))
 
 
 def _rebound(slope: Slope, velocity, normal, speed: float) -> np.ndarray:
-    """Velocity change (3,) m/s of a ball on a slope, slowed along it by Coulomb's friction and at most stopped."""
-    away = (1.0 + _restitution(slope.restitution, speed)) * speed
+    """Velocity change (3,) m/s of a ball on a slope; Coulomb's friction takes its slip, or a part of it."""
+    turned = _turned(slope.restitution, speed)
     slip = velocity + speed * normal
     slipping = np.linalg.norm(slip)
-    held = min(slope.friction * away, slipping) / max(slipping, 1e-12)
-    return away * normal - held * slip
+    held = min(slope.friction * turned, slipping) / max(slipping, 1e-12)
+    return turned * normal - held * slip

@@ -42,10 +42,9 @@ def launch_velocity(muzzle, target, flight: float) -> np.ndarray:
     """
     if not (np.isfinite(flight) and flight > 0.0):
         raise UserError(f"cannon: a flight must take some time, got {flight} s")
-    velocity = np.subtract(target, muzzle) / flight - 0.5 * flight * np.array(GRAVITY)
-    if velocity.shape != (3,) or not np.isfinite(velocity).all():
+    if np.shape(muzzle) != (3,) or np.shape(target) != (3,) or not np.isfinite([muzzle, target]).all():
         raise UserError(f"cannon: muzzle {muzzle} and target {target} must be three finite numbers each")
-    return velocity
+    return np.subtract(target, muzzle) / flight - 0.5 * flight * np.array(GRAVITY)
 
 
 @dataclass
