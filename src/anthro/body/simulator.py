@@ -229,15 +229,10 @@ class Simulator:
         self._pushed[:] = jacobian.T @ np.asarray(force, float)
 
     def carry(self, displacement, velocity) -> None:
-        """Carry the fixed root along, without turning it; called before every step of the motion.
+        """Carry the fixed root of a movable body along, without turning it; called before every step of the motion.
 
-        All masses are accelerated with the base: in its frame each bears the inertial force -m a, with a the mean
-        acceleration of the step, so that no impulse is lost however fast the base moves.
-
-        Parameters
-        ----------
-        displacement : (3,) m, of the root at the step's end from where it stood at the first call.
-        velocity : (3,) m/s, of the root at the step's end.
+        At the step's end it is at a ``displacement`` (3,) m from where it stood at first, with ``velocity`` (3,) m/s.
+        In the base's frame each mass m bears -m a; a is the step's mean acceleration, so that no impulse is lost.
 
         Raises
         ------
