@@ -12,9 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from anthro.body import Body
+from anthro.body.simulator import ROOT
 from anthro.errors import UserError
-
-ROOT = 1  # MuJoCo's first body, after the world
 
 
 class Leaning:

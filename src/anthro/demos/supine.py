@@ -14,9 +14,9 @@ import numpy as np
 
 from anthro import cli
 from anthro.body.contact import World
-from anthro.body.simulator import Simulator
+from anthro.body.simulator import ROOT, Simulator
 from anthro.demos.criterion import task_of
-from anthro.demos.leaning import ROOT, Leaning
+from anthro.demos.leaning import Leaning
 from anthro.demos.session import Recorder, Session, advance, finish, parser, row
 from anthro.demos.task import SEATED, card_of, positive, title
 from anthro.motor.system import MotorSystem

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from anthro.errors import UserError
+from anthro.eyes.eye import SIDES
+from anthro.render.parts import GOLDEN_ANGLE
 from anthro.streams import stream
 
 FIELD_DEG = 167.5  # whole field of view of an eye (Nakada 2018, Sec. 6.1.1)
@@ -20,7 +22,6 @@ NOISE_VARIANCE = 0.0025  # Nakada 2018, Sec. 6.1.2
 ANGLES, RINGS = 90, 40  # Nakada 2018, Eq. 2
 RING_STEP = 0.1  # of the logarithm of a ring's radius: rho counts tenths
 SKETCHING_ANGLES, SKETCHING_RINGS = 144, 69  # inferred: the factors of 9,936 nearest to the shape of 90 x 40
-GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 RETINA_MM_PER_DEG = 0.3  # of the human eye, rounded, of use near the fovea
 # Cones a mm^2 (thousands) of human retinas at distances (mm) from the fovea, nasal, temporal, superior and inferior:
 # the means of eight eyes of Curcio, Sloan, Kalina, Hendrickson 1990, J Comp Neurol 292:497-523, Fig. 6, as digitized
@@ -148,8 +149,8 @@ def layout(name: str, side: str, seed: int) -> Layout:
     """
     if name not in LAYOUTS:
         raise UserError(f"unknown retina {name!r}; known: {', '.join(LAYOUTS)}")
-    if side not in ("left", "right"):
-        raise UserError(f"unknown side {side!r}; known: left, right")
+    if side not in SIDES:
+        raise UserError(f"unknown side {side!r}; known: {', '.join(SIDES)}")
     return LAYOUTS[name](stream(seed, f"eyes.retina.{name}.{side}"))
 
 

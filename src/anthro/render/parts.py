@@ -67,6 +67,11 @@ class Hits:
         self.surface = np.zeros((count, 7), REAL)
 
     @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All attributes, in their order."""
+        return self.distance, self.part, self.normal, self.surface
+
+    @property
     def colour(self) -> np.ndarray:
         """Linear RGB (n, 3)."""
         return self.surface[:, :3]
@@ -166,10 +171,7 @@ class Part:
             self._sheen,
             self.rotation,
             rays.directions,
-            hits.distance,
-            hits.part,
-            hits.normal,
-            hits.surface,
+            *hits.columns,
         )
 
     def block(self, rays: Rays) -> None:
@@ -238,10 +240,7 @@ class Ball:
             self._skin,
             rays.origins,
             rays.directions,
-            hits.distance,
-            hits.part,
-            hits.normal,
-            hits.surface,
+            *hits.columns,
         )
 
     def block(self, rays: Rays) -> None:
