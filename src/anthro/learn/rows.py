@@ -1,6 +1,6 @@
 """Normalised pairs in a file that is mapped into memory, and the batches that are drawn from it.
 
-The file holds one row a pair, inputs first, the training side before the validation side. While memory is
+The file holds one row a pair, inputs first (those of bytes as bytes, normalised only in their batch), the training side before the validation side. While memory is
 free the system keeps all of it there, and a batch costs what it costs from an array; when memory is scarce
 the system drops what it likes and reads it again. The file has no name: it is gone with its process.
 """
@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from anthro.errors import UserError
-from anthro.learn.data import TRAINING, VALIDATION, Pairs, normalise
+from anthro.learn.data import TRAINING, VALIDATION, Pairs, packed
 
 CHUNK = 4096  # validation pairs at once
 RESIDENT = 2**31  # bytes of the file that count as the process's own at most
@@ -33,7 +33,7 @@ class Rows:
     factors : dict of str to ndarray
         The normalisation, in the form of `FeedForward.normalisation`.
     folder : path-like
-        Where the file lies (4 bytes a number); created.
+        Where the file lies (4 bytes a number, 1 an input of bytes); created.
     device : str or torch.device
         Where batches are wanted. A GPU holds all rows, if they fill at most half of its free memory.
 
@@ -60,6 +60,9 @@ class Rows:
         self.factors, self.device = factors, torch.device(device)
         self.training, self.validation = pairs.count(TRAINING), pairs.count(VALIDATION)
         self.n_in, self.n_out = len(factors["input_mean"]), len(factors["output_mean"])
+        self._of_bytes = pairs.of_bytes
+        self._first = self.n_in * (1 if pairs.of_bytes else 4)  # bytes of a row's inputs
+        self._width = self._first + 4 * self.n_out
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -69,9 +72,12 @@ class Rows:
                 raise UserError(f"{folder}: no room for {self.bytes / 2**30:.3g} GiB of rows ({error})") from None
             self._map = mmap.mmap(file.fileno(), self.bytes)
         self._resident = 0
-        self._table = torch.frombuffer(self._map, dtype=torch.float32).view(-1, self.n_in + self.n_out)
+        self._table = torch.frombuffer(self._map, dtype=torch.uint8).view(-1, self._width)
+        if pairs.of_bytes:
+            centre, scale = (torch.from_numpy(factors[f"input_{name}"]) for name in ("mean", "scale"))
+            self._centre, self._scale = centre.to(self.device), scale.to(self.device)
         if self.device.type == "cuda" and self.bytes < GPU_SHARE * torch.cuda.mem_get_info(self.device)[0]:
-            table = torch.empty(self._table.shape, device=self.device)
+            table = torch.empty(self._table.shape, dtype=torch.uint8, device=self.device)
             for start in range(0, len(table), CHUNK):
                 table[start : start + CHUNK] = self._table[start : start + CHUNK]
                 self._release(CHUNK)
@@ -80,13 +86,12 @@ class Rows:
     @property
     def bytes(self) -> int:
         """Size of the file."""
-        return 4 * (self.n_in + self.n_out) * (self.training + self.validation)
+        return self._width * (self.training + self.validation)
 
     def _write(self, file, pairs: Pairs) -> None:
-        width = 4 * (self.n_in + self.n_out)
-        place = {TRAINING: 0, VALIDATION: self.training * width}
+        place = {TRAINING: 0, VALIDATION: self.training * self._width}
         for block in pairs.blocks():
-            rows = normalise(block, self.factors)
+            rows = packed(block, self.factors)
             for side in place:
                 chosen = rows[block.side == side]
                 file.seek(place[side])
@@ -122,11 +127,14 @@ class Rows:
     def _sides(self, rows: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         if rows.device.type != self.device.type:
             rows = rows.pin_memory().to(self.device, non_blocking=True)
-        return rows[:, : self.n_in], rows[:, self.n_in :]
+        inputs, outputs = rows[:, : self._first], rows[:, self._first :].contiguous().view(torch.float32)
+        if self._of_bytes:
+            return (inputs.float() - self._centre) / self._scale, outputs
+        return inputs.contiguous().view(torch.float32), outputs
 
     def _release(self, count: int) -> None:
         """Give the file's pages back to the system before more of them than `RESIDENT` are the process's own."""
-        self._resident += count * max(FAULT, 4 * (self.n_in + self.n_out))
+        self._resident += count * max(FAULT, self._width)
         if self.bytes > RESIDENT and self._resident > RESIDENT:
             self._map.madvise(mmap.MADV_DONTNEED)
             self._resident = 0

@@ -8,7 +8,8 @@ from anthro.errors import UserError
 from anthro.files import digest, read_json
 
 SCHEDULES = ("constant", "cosine")
-STARTS = ("he", "linear")
+STARTS = ("he", "linear", "retinotopic")
+PRECISIONS = ("float32", "bfloat16")
 COSINE_FLOOR = 0.01
 
 
@@ -36,8 +37,15 @@ class TrainingSpec:
         Training stops after so many successive epochs without gain.
     schedule : {"constant", "cosine"}
         Constant as in the paper, or falling to 1 % over `epochs` along half a cosine.
-    start : {"he", "linear"}
-        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear`.
+    start : {"he", "linear", "retinotopic"}
+        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear` or
+        :mod:`anthro.learn.retinotopic`.
+    eye : dict of str to str
+        For a retinotopic start, the ``retina`` and the ``side`` of the eye whose optic nerve vectors are the inputs.
+    fixed_epochs : int
+        First epochs in which the first layer stays as it starts.
+    precision : {"float32", "bfloat16"}
+        Of the products in training; weights, steps and validation are float32 always.
     softening : dict of str to float
         Scale s of ``asinh(x / s)`` for input and output columns, in the column's unit. Softened
         labels make the loss relative: small adjustments near the target count as much as large ones.
@@ -60,6 +68,9 @@ class TrainingSpec:
     patience: int = 10
     schedule: str = "constant"
     start: str = "he"
+    eye: dict[str, str] = field(default_factory=dict)
+    fixed_epochs: int = 0
+    precision: str = "float32"
     softening: dict[str, float] = field(default_factory=dict)
     samples: int | None = None
     validation_block: int = 1
@@ -93,6 +104,9 @@ CHECKS = {
     "patience": (_positive_int, "a positive integer"),
     "schedule": (lambda v: v in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
     "start": (lambda v: v in STARTS, f"one of {', '.join(STARTS)}"),
+    "eye": (lambda v: isinstance(v, dict) and set(v) == {"retina", "side"}, "a retina and a side"),
+    "fixed_epochs": (lambda v: type(v) is int and v >= 0, "an integer, at least 0"),
+    "precision": (lambda v: v in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
     "softening": (
         lambda v: isinstance(v, dict) and all(type(s) in (int, float) and s >= 0 for s in v.values()),
         "a scale, at least 0, for each column named",
@@ -135,8 +149,13 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
             raise UserError(f"{path}: {name}: {value!r} is not {wanted}")
     if odd := sorted(set(given.get("softening", {})) - set(given["inputs"]) - set(given["outputs"])):
         raise UserError(f"{path}: softening: {', '.join(odd)} is not among the inputs and outputs")
+    if given.get("start") == "retinotopic" and "eye" not in given:
+        raise UserError(f"{path}: eye: a retinotopic start needs to know whose retina it is")
     plain = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     return TrainingSpec(**plain, digest=digest(content)), content
 
 
-OPTIONAL = ("patience", "schedule", "start", "softening", "samples", "validation_block")
+OPTIONAL = (
+    *("patience", "schedule", "start", "eye", "fixed_epochs", "precision"),
+    *("softening", "samples", "validation_block"),
+)

@@ -33,6 +33,7 @@ from anthro.learn.data import Moments, find_pairs, survey
 from anthro.learn.device import DEVICES, choose_device, repeatable
 from anthro.learn.linear import start_linear
 from anthro.learn.networks import Network
+from anthro.learn.retinotopic import start_retinotopic
 from anthro.learn.rows import Rows
 from anthro.learn.spec import TrainingSpec, read_spec
 from anthro.motor.network import FeedForward, harden, reach_of
@@ -68,6 +69,8 @@ class Training:
         self.network = Network((rows.n_in, *spec.hidden, rows.n_out), stream(spec.seed, "learn/initial"))
         if spec.start == "linear":
             start_linear(self.network, rows)
+        elif spec.start == "retinotopic":
+            start_retinotopic(self.network, rows, spec)
         self.network.to(rows.device)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=spec.learning_rate, betas=(0.9, 0.999), fused=True
@@ -117,10 +120,14 @@ class Training:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
+        self.network.layers[0].requires_grad_(epoch > self.spec.fixed_epochs)
+        half = torch.autocast(self.rows.device.type, torch.bfloat16, enabled=self.spec.precision == "bfloat16")
         total = torch.zeros((), dtype=torch.float64, device=self.rows.device)
         for inputs, outputs in self.rows.batches(order, self.spec.batch_size):
             self.optimiser.zero_grad(set_to_none=True)
-            loss = torch.nn.functional.mse_loss(self.network(inputs), outputs)
+            with half:
+                predicted = self.network(inputs)
+            loss = torch.nn.functional.mse_loss(predicted.float(), outputs)
             loss.backward()
             self.optimiser.step()
             total += loss.detach().double() * len(inputs)
