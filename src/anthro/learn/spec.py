@@ -9,6 +9,7 @@ from anthro.files import digest, read_json
 
 SCHEDULES = ("constant", "cosine")
 STARTS = ("he", "linear", "retinotopic")
+FIELDS = ("retina", "side", "cones", "neighbours")  # of a retinotopic start
 PRECISIONS = ("float32", "bfloat16")
 COSINE_FLOOR = 0.01
 
@@ -40,8 +41,9 @@ class TrainingSpec:
     start : {"he", "linear", "retinotopic"}
         Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear` or
         :mod:`anthro.learn.retinotopic`.
-    eye : dict of str to str
-        For a retinotopic start, the ``retina`` and the ``side`` of the eye whose optic nerve vectors are the inputs.
+    receptive_fields : dict
+        Of a retinotopic start: ``retina`` and ``side`` of the eye whose optic nerve vectors are the inputs, ``cones``
+        that units listen to, and ``neighbours``, how many receptors lie within a field's width.
     fixed_epochs : int
         First epochs in which the first layer stays as it starts.
     precision : {"float32", "bfloat16"}
@@ -68,7 +70,7 @@ class TrainingSpec:
     patience: int = 10
     schedule: str = "constant"
     start: str = "he"
-    eye: dict[str, str] = field(default_factory=dict)
+    receptive_fields: dict = field(default_factory=dict)
     fixed_epochs: int = 0
     precision: str = "float32"
     softening: dict[str, float] = field(default_factory=dict)
@@ -104,7 +106,7 @@ CHECKS = {
     "patience": (_positive_int, "a positive integer"),
     "schedule": (lambda v: v in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
     "start": (lambda v: v in STARTS, f"one of {', '.join(STARTS)}"),
-    "eye": (lambda v: isinstance(v, dict) and set(v) == {"retina", "side"}, "a retina and a side"),
+    "receptive_fields": (lambda v: isinstance(v, dict) and set(v) == set(FIELDS), f"an object of {', '.join(FIELDS)}"),
     "fixed_epochs": (lambda v: type(v) is int and v >= 0, "an integer, at least 0"),
     "precision": (lambda v: v in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
     "softening": (
@@ -149,13 +151,13 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
             raise UserError(f"{path}: {name}: {value!r} is not {wanted}")
     if odd := sorted(set(given.get("softening", {})) - set(given["inputs"]) - set(given["outputs"])):
         raise UserError(f"{path}: softening: {', '.join(odd)} is not among the inputs and outputs")
-    if given.get("start") == "retinotopic" and "eye" not in given:
-        raise UserError(f"{path}: eye: a retinotopic start needs to know whose retina it is")
+    if given.get("start") == "retinotopic" and "receptive_fields" not in given:
+        raise UserError(f"{path}: receptive_fields: a retinotopic start needs to know whose retina it is")
     plain = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     return TrainingSpec(**plain, digest=digest(content)), content
 
 
 OPTIONAL = (
-    *("patience", "schedule", "start", "eye", "fixed_epochs", "precision"),
+    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs", "precision"),
     *("softening", "samples", "validation_block"),
 )

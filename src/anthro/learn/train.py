@@ -34,7 +34,7 @@ from anthro.learn.device import DEVICES, choose_device, repeatable
 from anthro.learn.linear import start_linear
 from anthro.learn.networks import Network
 from anthro.learn.retinotopic import start_retinotopic
-from anthro.learn.rows import Rows
+from anthro.learn.rows import Activations, Rows, Table
 from anthro.learn.spec import TrainingSpec, read_spec
 from anthro.motor.network import FeedForward, harden, reach_of
 from anthro.progress import progress
@@ -81,6 +81,7 @@ class Training:
         self._variance = labels.variance
         self.history: list[dict] = []
         self.best: dict = {}
+        self._activations: Activations | None = None
         if spec.start == "linear":
             self._remember(0, self.validate())
 
@@ -120,25 +121,36 @@ class Training:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
-        self.network.layers[0].requires_grad_(epoch > self.spec.fixed_epochs)
+        source, after = self._source(epoch)
         half = torch.autocast(self.rows.device.type, torch.bfloat16, enabled=self.spec.precision == "bfloat16")
         total = torch.zeros((), dtype=torch.float64, device=self.rows.device)
-        for inputs, outputs in self.rows.batches(order, self.spec.batch_size):
+        for inputs, outputs in source.batches(order, self.spec.batch_size):
             self.optimiser.zero_grad(set_to_none=True)
             with half:
-                predicted = self.network(inputs)
+                predicted = self.network(inputs, after)
             loss = torch.nn.functional.mse_loss(predicted.float(), outputs)
             loss.backward()
             self.optimiser.step()
             total += loss.detach().double() * len(inputs)
         return total.item() / self.rows.training
 
+    def _source(self, epoch: int) -> tuple[Table, int]:
+        """Rows for an epoch, and how many layers they have passed: one while the first layer stays fixed."""
+        is_fixed = epoch <= self.spec.fixed_epochs
+        self.network.layers[0].requires_grad_(not is_fixed)
+        if not is_fixed:
+            self._activations = None
+            return self.rows, 0
+        self._activations = self._activations or Activations(self.rows, self.network.layers[0])
+        return self._activations, 1
+
     @torch.no_grad()
     def validate(self) -> dict:
         """Return the validation side's errors (the numbers of `best`)."""
+        source, after = self._source(len(self.history) + 1)
         squared, squared_physical = np.zeros((2, self.rows.n_out))
-        for inputs, outputs in self.rows.held_out():
-            predicted = self.network(inputs)
+        for inputs, outputs in source.held_out():
+            predicted = self.network(inputs, after)
             squared += (predicted - outputs).double().square().sum(0).cpu().numpy()
             squared_physical += np.square(self._physical(predicted) - self._physical(outputs)).sum(axis=0)
         mse, mse_physical = squared / self.rows.validation, squared_physical / self.rows.validation
