@@ -48,7 +48,7 @@ class Network(nn.Module):
         return sum(layer.weight.numel() for layer in self.layers)
 
     def forward(self, x: torch.Tensor, after: int = 0) -> torch.Tensor:
-        """Map normalised inputs (n, n_in), or the activations behind the first `after` layers, to outputs (n, n_out)."""
+        """Map normalised inputs (n, n_in), or activations behind the first `after` layers, to outputs (n, n_out)."""
         for layer in self.layers[after:-1]:
             x = torch.relu(layer(x))
         return self.layers[-1](x)

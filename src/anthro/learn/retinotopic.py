@@ -1,10 +1,10 @@
 """A start for vision DNNs whose first units see patches of the retina, as ganglion cells do, and not noise everywhere.
 
 He's random weights (Nakada 2018, Sec. 5, footnote 1) let every unit of the first layer listen to all 10,800 numbers of
-an optic nerve vector, whose order says nothing about where receptors lie: neighbours in the picture are strangers to
-the network, and a few ten thousand pictures do not teach it better. Here each unit starts with a Gaussian receptive
-field about a receptor, as wide as the receptors lie there, and one kind of cone to listen to: a picture that moves a little
-moves the first layer a little. Deeper layers start at He's weights. Training then moves all weights.
+an optic nerve vector, whose order does not say where receptors lie: neighbours in the picture are strangers to the
+network, and a few ten thousand pictures do not teach it better. Here each unit starts with a Gaussian receptive field
+about a receptor, as wide as the receptors lie there, and one kind of cone to listen to: a picture that moves a little
+moves the first layer a little. Deeper layers start at He's weights.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAMPLE = 4096  # pairs by which units are scaled
 def spread_evenly(directions: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """Indices (count,) of receptors with unit directions (n, 3) that lie as evenly as receptors do.
 
-    The first is drawn; each further one is that which lies furthest from all before, in units of the receptors' spacing.
+    The first is drawn; each further one lies furthest from all before, in units of the receptors' spacing.
     All are taken as often as the others when there are more to choose than receptors.
     """
     spacing = cKDTree(directions).query(directions, SPACING + 1)[0][:, -1]

@@ -1,8 +1,9 @@
 """Normalised pairs in a file that is mapped into memory, and the batches that are drawn from it.
 
-The file holds one row a pair, inputs first (those of bytes as bytes, normalised only in their batch), the training side before the validation side. While memory is
-free the system keeps all of it there, and a batch costs what it costs from an array; when memory is scarce
-the system drops what it likes and reads it again. The file has no name: it is gone with its process.
+The file holds one row a pair, inputs first, the training side before the validation side; bytes stay bytes, and are
+normalised in their batch. While memory is free the system keeps all of it there, and a batch costs what it costs from
+an array; when memory is scarce the system drops what it likes and reads it again. The file has no name: it is gone
+with its process.
 """
 
 import mmap

@@ -10,7 +10,6 @@ from anthro.files import digest, read_json
 SCHEDULES = ("constant", "cosine")
 STARTS = ("he", "linear", "retinotopic")
 FIELDS = ("retina", "side", "cones", "neighbours")  # of a retinotopic start
-PRECISIONS = ("float32", "bfloat16")
 COSINE_FLOOR = 0.01
 
 
@@ -46,8 +45,6 @@ class TrainingSpec:
         that units listen to, and ``neighbours``, how many receptors lie within a field's width.
     fixed_epochs : int
         First epochs in which the first layer stays as it starts.
-    precision : {"float32", "bfloat16"}
-        Of the products in training; weights, steps and validation are float32 always.
     softening : dict of str to float
         Scale s of ``asinh(x / s)`` for input and output columns, in the column's unit. Softened
         labels make the loss relative: small adjustments near the target count as much as large ones.
@@ -72,7 +69,6 @@ class TrainingSpec:
     start: str = "he"
     receptive_fields: dict = field(default_factory=dict)
     fixed_epochs: int = 0
-    precision: str = "float32"
     softening: dict[str, float] = field(default_factory=dict)
     samples: int | None = None
     validation_block: int = 1
@@ -108,7 +104,6 @@ CHECKS = {
     "start": (lambda v: v in STARTS, f"one of {', '.join(STARTS)}"),
     "receptive_fields": (lambda v: isinstance(v, dict) and set(v) == set(FIELDS), f"an object of {', '.join(FIELDS)}"),
     "fixed_epochs": (lambda v: type(v) is int and v >= 0, "an integer, at least 0"),
-    "precision": (lambda v: v in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
     "softening": (
         lambda v: isinstance(v, dict) and all(type(s) in (int, float) and s >= 0 for s in v.values()),
         "a scale, at least 0, for each column named",
@@ -158,6 +153,6 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
 
 
 OPTIONAL = (
-    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs", "precision"),
+    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs"),
     *("softening", "samples", "validation_block"),
 )

@@ -41,6 +41,7 @@ from anthro.progress import progress
 from anthro.runcard import RunCard
 from anthro.streams import stream
 
+SPARING = 10  # states of large nets are written so seldom that ten times as long is spent on epochs
 COLUMNS = ("epoch", "train_mse", "validation_mse", "unexplained_variance", "learning_rate", "seconds")
 
 
@@ -122,13 +123,10 @@ class Training:
             group["lr"] = rate
         order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
         source, after = self._source(epoch)
-        half = torch.autocast(self.rows.device.type, torch.bfloat16, enabled=self.spec.precision == "bfloat16")
         total = torch.zeros((), dtype=torch.float64, device=self.rows.device)
         for inputs, outputs in source.batches(order, self.spec.batch_size):
             self.optimiser.zero_grad(set_to_none=True)
-            with half:
-                predicted = self.network(inputs, after)
-            loss = torch.nn.functional.mse_loss(predicted.float(), outputs)
+            loss = torch.nn.functional.mse_loss(self.network(inputs, after), outputs)
             loss.backward()
             self.optimiser.step()
             total += loss.detach().double() * len(inputs)
@@ -207,7 +205,7 @@ def write_history(path: str | os.PathLike, history: Sequence[dict]) -> None:
 
 
 def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str) -> None:
-    """Train until nothing is to be done, leaving the state in `folder` after every epoch.
+    """Train until nothing is to be done, leaving the state in `folder` after epochs.
 
     Raises
     ------
@@ -218,6 +216,7 @@ def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str)
         training.resume(state)
         print(f"{training.spec.name}: resumes after epoch {len(training.history)}", file=sys.stderr)
     left = range(len(training.history), training.spec.epochs)
+    due = 0.0
     for _ in progress(left, total=len(left), label=f"{training.spec.name} epochs"):
         if training.finished:
             break
@@ -225,8 +224,9 @@ def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str)
             training.run_epoch()
         except FloatingPointError as error:
             raise UserError(f"{training.spec.name}: {error}{_rescue(training, folder)}") from None
-        if folder:
+        if folder and ((started := time.monotonic()) >= due or training.finished):
             checkpoint.save_state(folder, stamp, training.state())
+            due = time.monotonic() + SPARING * (time.monotonic() - started)
 
 
 def _rescue(training: Training, folder: str | os.PathLike | None) -> str:
