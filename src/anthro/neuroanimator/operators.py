@@ -12,10 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from anthro.errors import UserError
 from anthro.neuroanimator import frames
 
-MEAN_BAND, VARIANCE_BAND = 0.1, (0.7, 1.4)  # what still counts as zero mean and unit variance
 CONSTANT = 1e-9  # standard deviation under which a group does not vary
 
 
@@ -190,28 +188,3 @@ class Chain:
         for operator in reversed(self.operators):
             values = operator.invert(values, state)
         return values
-
-
-def refuse_unnormalised(name: str, columns: dict[str, np.ndarray]) -> None:
-    """Refuse pairs that a network without normalisation of its own cannot learn.
-
-    Parameters
-    ----------
-    name : str
-        Whose they are.
-    columns : dict of str to ndarray, (n, width)
-        Groups of variables; one that does not vary may have any scale.
-
-    Raises
-    ------
-    UserError
-        Naming the group, its mean and its variance.
-    """
-    for group, values in columns.items():
-        mean, variance = float(values.mean()), float(values.var())
-        if variance < CONSTANT and abs(mean) <= MEAN_BAND:
-            continue
-        if abs(mean) > MEAN_BAND or not VARIANCE_BAND[0] <= variance <= VARIANCE_BAND[1]:
-            raise UserError(
-                f"{name}: {group} is not normalised (mean {mean:.3g}, variance {variance:.3g}; 0 and 1 are wanted)"
-            )
