@@ -12,8 +12,23 @@ from anthro.files import read_shard
 from anthro.motor.network import FeedForward
 from anthro.neuroanimator import kernels
 from anthro.neuroanimator.operators import Chain, Frame, Inverse, Normalise, StateChange, ToLocal, ToWorld
+from anthro.neuroanimator.plants.plant import Plant
 
 FACTORS = ("input_mean", "input_scale", "output_mean", "output_scale")
+
+
+class Diverged(UserError):
+    """A rollout that left what its network was trained for.
+
+    Attributes
+    ----------
+    states : ndarray, (steps, n_state)
+        Those before.
+    """
+
+    def __init__(self, name: str, variable: str, states: np.ndarray):
+        super().__init__(f"{name}: the rollout diverges at super-step {len(states) - 1}: {variable}")
+        self.states = states
 
 
 class Emulator:
@@ -75,16 +90,7 @@ class Emulator:
         ndarray, (n, n_state)
         """
         local = np.concatenate([self.frame.local(state), inputs], axis=1)
-        into, bias, out_of, out_bias = self.folded
-        hidden = local @ into
-        hidden += bias
-        np.negative(hidden, out=hidden)
-        np.exp(hidden, out=hidden)
-        hidden += 1.0
-        np.reciprocal(hidden, out=hidden)
-        changes = hidden @ out_of
-        changes += out_bias
-        changes = self.frame.turn(changes, state)
+        changes = self.frame.turn(kernels.forward_all(self.folded, local), state)
         changes += state
         return self.frame.settle(changes)
 
@@ -103,7 +109,7 @@ class Emulator:
 
         Raises
         ------
-        UserError
+        Diverged
             Naming the super-step and the variable, when it leaves what the network was trained for, or is not finite.
         """
         states = np.empty((len(inputs) + 1, self.n_state))
@@ -111,7 +117,7 @@ class Emulator:
         inputs = np.ascontiguousarray(inputs, float)
         step, odd = kernels.rollout(self.frame.kind, self.frame.rest, self.folded, *self.bounds, inputs, states)
         if step >= 0:
-            raise UserError(f"{self.name}: the rollout diverges at super-step {step}: {self.variables[odd]}")
+            raise Diverged(self.name, self.variables[odd], states[: step + 1])
         return states
 
     def slopes(self, states: np.ndarray, inputs: np.ndarray, by_states: np.ndarray) -> np.ndarray:
@@ -139,7 +145,27 @@ def fold(network: FeedForward, factors: dict) -> tuple[np.ndarray, np.ndarray, n
     (first, last), (bias, last_bias) = network.matrices, network.biases
     into = np.ascontiguousarray(first.T / factors["input_scale"][:, None], dtype=float)
     out_of = np.ascontiguousarray(last.T * factors["output_scale"], dtype=float)
-    return into, bias - factors["input_mean"] @ into, out_of, last_bias * factors["output_scale"] + factors["output_mean"]
+    return (
+        into,
+        bias - factors["input_mean"] @ into,
+        out_of,
+        last_bias * factors["output_scale"] + factors["output_mean"],
+    )
+
+
+def load_emulator(run: Path, net: str, plant: Plant) -> Emulator:
+    """Read the emulator of a plant that one network emulates.
+
+    Raises
+    ------
+    UserError
+        Naming the file, when one is missing or is not what it should be.
+    """
+    try:
+        network, factors = read_parts(run, net)
+        return Emulator(net, network, Frame(plant.frame, plant.rest), factors, plant.variables)
+    except ValueError as error:
+        raise UserError(str(error)) from None
 
 
 def read_parts(run: Path, net: str) -> tuple[FeedForward, dict]:

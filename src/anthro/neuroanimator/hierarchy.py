@@ -7,14 +7,18 @@ step; masses are put together from it when they are wanted, or when they are reg
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numba import njit
 
 from anthro.errors import UserError
 from anthro.neuroanimator import segments
-from anthro.neuroanimator.emulator import Emulator, fold
-from anthro.neuroanimator.kernels import forward, outside
+from anthro.neuroanimator.emulator import Diverged, Emulator, fold, read_parts
 from anthro.neuroanimator.frames import localise, settle, turn_out
+from anthro.neuroanimator.kernels import forward, forward_all, outside
+from anthro.neuroanimator.operators import Frame
+from anthro.neuroanimator.plants import plant_of
 from anthro.neuroanimator.plants.dolphin import CONTRACTION, NODES, Dolphin, spring_forces
 from anthro.neuroanimator.plants.plant import STEP
 from anthro.neuroanimator.segments import Segments
@@ -68,7 +72,13 @@ def _rollout(rest, net, low, high, local_nets, layout, springs, spacing, count, 
             told[wide : wide + controls.shape[1]] = controls[t]
             wide += controls.shape[1]
             forward(
-                l_into[j, :wide], l_bias[j], l_out_of[j, :, :width], l_out_bias[j, :width], told[:wide], felt, moved[:width]
+                l_into[j, :wide],
+                l_bias[j],
+                l_out_of[j, :, :width],
+                l_out_bias[j, :width],
+                told[:wide],
+                felt,
+                moved[:width],
             )
             for i in range(width):
                 locals_[t + 1, place + i] = locals_[t, place + i] + moved[i]
@@ -79,10 +89,32 @@ def _rollout(rest, net, low, high, local_nets, layout, springs, spacing, count, 
             shortening = CONTRACTION * np.minimum(np.maximum(controls[t], 0.0), 1.0)
             _regularise(positions, speeds, shortening, mass, pairs, owner, lengths, stiffness, count)
             like = frames[t + 1].copy()
-            segments.split(
-                state, like, mass, members, counts, along, across, shape, frames[t + 1], locals_[t + 1]
-            )
+            segments.split(state, like, mass, members, counts, along, across, shape, frames[t + 1], locals_[t + 1])
     return -1, -1
+
+
+def load_dolphin(run: Path, steps: int) -> HierarchicalEmulator:
+    """Read the dolphin's seven networks of a run.
+
+    Raises
+    ------
+    UserError
+        Naming the file, when one is missing or is not what it should be.
+    """
+    plant = plant_of("dolphin")
+    try:
+        parts = [read_parts(run, f"dolphin_local{j}_n{steps}") for j in range(1, segments.COUNT + 1)]
+        return HierarchicalEmulator(plant, load_global(run, steps), parts)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+
+
+def load_global(run: Path, steps: int) -> Emulator:
+    """Read the emulator of the frames alone, which suffices to learn swimming (Grzeszczuk 1998, Sec. 6)."""
+    name, parts = f"dolphin_global_n{steps}", Segments(plant_of("dolphin"))
+    network, factors = read_parts(run, name)
+    variables = tuple(variable for group in parts.groups for variable in group.variables)
+    return Emulator(name, network, Frame("body", parts.rest), factors, variables)
 
 
 class HierarchicalEmulator:
@@ -98,13 +130,14 @@ class HierarchicalEmulator:
     """
 
     def __init__(self, plant: Dolphin, whole: Emulator, parts):
-        self.plant, self.whole, self.parts = plant, whole, list(parts)
+        self.plant, self.whole = plant, whole
         self.segments = Segments(plant)
+        self._nets = [fold(*part) for part in parts]
         self._local = self._padded()
 
     def _padded(self) -> tuple[np.ndarray, ...]:
         """All local nets in arrays of the widest one's size."""
-        nets = [fold(*part) for part in self.parts]
+        nets = self._nets
         wide, deep = max(len(net[0]) for net in nets), max(len(net[3]) for net in nets)
         count, units = len(nets), len(nets[0][1])
         into, bias = np.zeros((count, wide, units)), np.zeros((count, units))
@@ -119,8 +152,8 @@ class HierarchicalEmulator:
 
         Raises
         ------
-        UserError
-            Naming the super-step and the variable, when it diverges.
+        Diverged
+            Naming the super-step and the variable.
         """
         parts, plant = self.segments, self.plant
         first = parts.split(np.asarray(state, float)[None])
@@ -142,7 +175,8 @@ class HierarchicalEmulator:
             local,
         )
         if step >= 0:
-            raise UserError(f"{whole.name}: the rollout diverges at super-step {step}: {whole.variables[odd]}")
+            reached = parts.assemble(frames[: step + 1], local[: step + 1])
+            raise Diverged(whole.name, whole.variables[odd], reached)
         return frames, local
 
     def rollout(self, state: np.ndarray, controls: np.ndarray, regularisations: int = 0) -> np.ndarray:
@@ -150,26 +184,15 @@ class HierarchicalEmulator:
 
         Raises
         ------
-        UserError
+        Diverged
             As `emulate`.
         """
         return self.segments.assemble(*self.emulate(state, controls, regularisations))
 
     def step(self, frames: np.ndarray, local: np.ndarray, controls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Advance many hierarchical states, (n, 78) and (n, n_local), at once by a super-step."""
-        after, changes = self.whole.step(frames, controls), []
-        for j, (network, factors) in enumerate(self.parts):
+        after = np.empty_like(local)
+        for j, (net, place) in enumerate(zip(self._nets, self.segments.places, strict=True)):
             told = np.concatenate([self.segments.local_inputs(frames, local, j), controls], axis=1)
-            changes.append(local[:, self.segments.places[j]] + evaluate(fold(network, factors), told))
-        return after, np.concatenate(changes, axis=1)
-
-
-def evaluate(net, x: np.ndarray) -> np.ndarray:
-    """Outputs (n, n_out) of folded weights for inputs (n, n_in)."""
-    into, bias, out_of, out_bias = net
-    return out_of_sigmoids(x @ into + bias) @ out_of + out_bias
-
-
-def out_of_sigmoids(z: np.ndarray) -> np.ndarray:
-    """Logistic sigmoid of z."""
-    return 1.0 / (1.0 + np.exp(-z))
+            after[:, place] = local[:, place] + forward_all(net, told)
+        return self.whole.step(frames, controls), after

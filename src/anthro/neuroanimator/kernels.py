@@ -26,6 +26,20 @@ def forward(into, bias, out_of, out_bias, x, hidden, y):
             y[i] += value * row[i]
 
 
+def forward_all(net, x: np.ndarray) -> np.ndarray:
+    """The same pass for many inputs (n, n_in) at once: outputs (n, n_out)."""
+    into, bias, out_of, out_bias = net
+    hidden = x @ into
+    hidden += bias
+    np.negative(hidden, out=hidden)
+    np.exp(hidden, out=hidden)
+    hidden += 1.0
+    np.reciprocal(hidden, out=hidden)
+    y = hidden @ out_of
+    y += out_bias
+    return y
+
+
 @njit(cache=True, fastmath=True)
 def backward(into, out_of, hidden, by_y, by_x):
     """Write the derivative by the inputs (n_in,), given that by the outputs (n_out,)."""

@@ -220,7 +220,9 @@ class Segments:
         for j, (place, count) in enumerate(zip(self.places, self.counts, strict=True)):
             self.shape[j, :count] = local[0, place][: 3 * count].reshape(count, 3)
         self.rest = frames[0]
-        self.spacing = np.array([np.ravel(self.rest[:18].reshape(6, 3) - self.rest[3 * j : 3 * j + 3]) for j in range(6)])
+        self.spacing = np.array(
+            [np.ravel(self.rest[:18].reshape(6, 3) - self.rest[3 * j : 3 * j + 3]) for j in range(6)]
+        )
 
     @property
     def n_local(self) -> int:

@@ -54,9 +54,7 @@ def water_forces(x, v, faces, water, force):
         twice = np.sqrt(nx * nx + ny * ny + nz * nz)
         nx, ny, nz = nx / twice, ny / twice, nz / twice
         outward = (
-            nx * (v[i, 0] + v[j, 0] + v[k, 0])
-            + ny * (v[i, 1] + v[j, 1] + v[k, 1])
-            + nz * (v[i, 2] + v[j, 2] + v[k, 2])
+            nx * (v[i, 0] + v[j, 0] + v[k, 0]) + ny * (v[i, 1] + v[j, 1] + v[k, 1]) + nz * (v[i, 2] + v[j, 2] + v[k, 2])
         ) / 3.0
         if outward > 0.0:
             share = -water * (twice / 2.0) * outward / 3.0

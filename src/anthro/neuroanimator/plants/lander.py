@@ -10,7 +10,8 @@ GRAVITY = 1.62  # m/s^2, of the Moon
 MASS = 2000.0  # kg
 INERTIA = 2000.0  # kg m^2
 THRUST = 2.0 * MASS * GRAVITY  # N, main rocket, along the body's z
-JET = 300.0  # N m, each attitude jet: about the body's x, y and z
+JET = 600.0  # N m, each attitude jet: about the body's x, y and z
+GYRO = 2000.0  # N m s, its gyroscopes' resistance to spin; without them 20 s of open control are hopeless
 SIDE = 2.0  # m, half its width
 HEIGHT = 2.0  # m, of the centre of mass above its feet
 
@@ -55,6 +56,7 @@ class Lander(RigidPlant):
 
     def __init__(self):
         super().__init__(XML)
+        self.model.dof_damping[3:] = GYRO
 
     @property
     def rest(self) -> np.ndarray:

@@ -10,7 +10,7 @@ LINKS = 3
 LENGTH = 1.0  # m, of a link
 MASS = 1.0  # kg, of a link
 FRICTION = 1.0  # N m s, of a joint
-TORQUES = (12.0, 8.0, 4.0)  # N m, what each motor can do at most
+TORQUES = (8.0, 4.0, 1.5)  # N m, what each motor can do at most
 PUSH = 3.0  # N, largest force that is applied on a link
 JOINTS = tuple(str(joint) for joint in range(1, LINKS + 1))
 
@@ -65,8 +65,8 @@ class Pendulum(RigidPlant):
         self.data.xfrc_applied[1:, 0] = force if self.force else 0.0
 
     def start(self, generator: np.random.Generator) -> np.ndarray:
-        """Released at random: passive from high up, active from nearer to rest."""
-        reach = (2.0, 0.8, 0.8) if not self.control else (1.2, 0.6, 0.6)
+        """Released at random, from as high as above the hinge."""
+        reach = (2.0, 0.6, 0.6)
         return np.concatenate([generator.uniform(-1, 1, LINKS) * reach, generator.uniform(-0.5, 0.5, LINKS)])
 
     def push(self, generator: np.random.Generator) -> np.ndarray:

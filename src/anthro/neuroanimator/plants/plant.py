@@ -122,8 +122,7 @@ class Plant:
         if states.shape[1] != self.n_state:
             raise ValueError(f"{self.name}: a state of {states.shape[1]} variables, not {self.n_state}")
         controls, forces = (
-            self._rows(given, len(states), width)
-            for given, width in ((control, self.n_control), (force, self.n_force))
+            self._rows(given, len(states), width) for given, width in ((control, self.n_control), (force, self.n_force))
         )
         counts = np.broadcast_to(steps, len(states))
         out = np.array([self.advance(*row) for row in zip(states, controls, forces, counts, strict=True)])

@@ -58,6 +58,7 @@ class Truck(RigidPlant):
     def __init__(self):
         super().__init__(XML)
         self._front = self.model.site("front").id
+        self.model.site_sameframe[self._front] = 0  # MuJoCo would not look at an orientation that it was built without
 
     def enter(self, control: np.ndarray, force: np.ndarray) -> None:
         """Set the drive of the rear axle and turn the front one."""
