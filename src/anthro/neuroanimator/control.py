@@ -33,6 +33,7 @@ class Problem:
         self.low, self.high = self.plant.low / self.plant.high, np.ones(self.plant.n_control)
         self.expansion = task.expansion
         self.segments = Segments(self.plant) if task.plant == "dolphin" else None
+        self.begin = task.start if self.segments is None else self.plant.rest  # in the plant's own variables
 
     def clip(self, controls: np.ndarray) -> np.ndarray:
         """Return controls within the plant's limits."""
@@ -47,27 +48,20 @@ class Problem:
         return self.emulator.rollout(self.task.start, self.inputs(controls))
 
     def simulate(self, controls: np.ndarray) -> np.ndarray:
-        """Return the plant's states (LENGTH + 1, n), in the variables of the emulator."""
-        states = self.simulate_plant(controls)
-        if self.segments is None:
-            return states
-        frames = self.segments.split(states)[0]
-        return frames
-
-    def simulate_plant(self, controls: np.ndarray) -> np.ndarray:
-        """Return the plant's states (LENGTH + 1, n_state), in its own variables.
+        """Return the plant's states (LENGTH + 1, n), in the variables of the emulator.
 
         Raises
         ------
         UserError
             Naming the step and the variable, when the simulation diverges.
         """
-        state = self.plant.rest if self.segments else self.task.start
+        state = self.begin
         states = [state]
         for number, inputs in enumerate(self.inputs(controls)):
             state = checked(self.plant, self.plant.step(state, inputs, steps=SUPER_STEP), number * SUPER_STEP * STEP)
             states.append(state)
-        return np.array(states)
+        states = np.array(states)
+        return states if self.segments is None else self.segments.split(states)[0]
 
     def cost(self, controls: np.ndarray, states: np.ndarray) -> float:
         """Return the objective (Grzeszczuk 1998, Eq. 11 and 12), smaller being better."""
@@ -112,7 +106,9 @@ class Descent:
         return int(np.argmin(self.costs))
 
 
-def descend(problem: Problem, rate: float, momentum: float, iterations: int) -> Descent:
+def descend(
+    problem: Problem, rate: float, momentum: float, iterations: int, start: np.ndarray | None = None
+) -> Descent:
     """Learn controls (Grzeszczuk 1998, Eq. 13 to 15): each iteration emulates once and goes back through time once.
 
     Parameters
@@ -121,13 +117,15 @@ def descend(problem: Problem, rate: float, momentum: float, iterations: int) -> 
     rate, momentum : float
         ``eta_x`` and ``alpha_x``; without momentum it is plain gradient descent.
     iterations : int
+    start : ndarray, (knots, n_control), optional
+        Controls to begin with; the task's, if they are not given.
 
     Raises
     ------
     UserError
         Naming the iteration, the super-step and the variable, when an emulation diverges.
     """
-    found, controls = Descent(), problem.clip(problem.task.first)
+    found, controls = Descent(), problem.clip(problem.task.first if start is None else start)
     change = np.zeros_like(controls)
     started = time.perf_counter()
     for number in range(iterations + 1):
