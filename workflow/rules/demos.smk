@@ -92,6 +92,7 @@ rule scorecard:
         demos=[f"results/{{run}}/demos/{name}/rows.json" for name in registry.DEMOS],
         findings="results/{run}/ablations/rows.json",
         nets="results/{run}/nets/rows.json",
+        neuroanimator=neuro_rows(),
     output:
         report(
             "results/{run}/scorecard.csv",

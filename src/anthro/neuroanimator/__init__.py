@@ -1,1 +1,1 @@
-"""NeuroAnimator (Grzeszczuk, Terzopoulos & Hinton 1998): plants, their emulators, and controllers learned through them."""
+"""NeuroAnimator (Grzeszczuk, Terzopoulos & Hinton 1998): plants, their emulators, controllers learned through these."""

@@ -1,4 +1,4 @@
-"""How far emulators stray from their plant: ``python -m anthro.neuroanimator.accuracy --run DIR --plant NAME --out DIR``.
+"""How far a plant's emulators stray from it: ``python -m anthro.neuroanimator.accuracy --run DIR --plant NAME``.
 
 After Fig. 12 (Grzeszczuk 1998, Sec. 5.2): the absolute difference between emulated and simulated state, averaged over
 trials and over all state variables, against the physical step. Then, as is usual today, the root mean square error

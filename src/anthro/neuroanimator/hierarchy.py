@@ -43,7 +43,7 @@ def _regularise(x, v, contraction, mass, pairs, owner, rest, stiffness, count):
 
 @njit(cache=True)
 def _rollout(rest, net, low, high, local_nets, layout, springs, spacing, count, controls, frames, locals_):
-    """Fill ``frames`` (T + 1, 78) and ``locals_`` (T + 1, n_local), the first given; step and variable of divergence."""
+    """Fill ``frames`` (T + 1, 78) and ``locals_`` (T + 1, n_local), the first given; returns as `kernels.rollout`."""
     into, bias, out_of, out_bias = net
     l_into, l_bias, l_out_of, l_out_bias = local_nets
     mass, members, counts, along, across, shape, shared = layout

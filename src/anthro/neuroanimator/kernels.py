@@ -12,7 +12,7 @@ FAR = 40.0  # standard deviations of the training data beyond which a rollout co
 
 @njit(cache=True, fastmath=True)
 def forward(into, bias, out_of, out_bias, x, hidden, y):
-    """One hidden layer of sigmoids (Grzeszczuk 1998, App. C): ``into`` (n_in, n_hidden), ``out_of`` (n_hidden, n_out)."""
+    """One hidden layer of sigmoids (Grzeszczuk 1998, App. C): weights (n_in, n_hidden) and (n_hidden, n_out)."""
     hidden[:] = bias
     for k in range(len(x)):
         row, value = into[k], x[k]

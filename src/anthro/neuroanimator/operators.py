@@ -140,7 +140,7 @@ class Normalise:
 
     @classmethod
     def fit(cls, values: np.ndarray, sizes: Sequence[int]) -> Normalise:
-        """Measure groups of `sizes` variables of examples (n, sum of sizes); a group that does not vary keeps its scale.
+        """Measure groups of `sizes` variables of examples (n, width); one that does not vary keeps its scale.
 
         Raises
         ------

@@ -127,7 +127,7 @@ def spend(method: Callable, problem: Problem, start: np.ndarray, most: int, seed
 
 
 def directed(problem: Problem, start: np.ndarray) -> dict:
-    """Learn through the emulator from `start`: what it took until the emulator, and until the plant reaches the goal."""
+    """Learn through the emulator from `start`; tell what it took until the emulator reaches the goal."""
     task = problem.task
     descend(problem, task.rate, task.momentum, 1, start)  # compiles
     found = descend(problem, task.rate, task.momentum, task.iterations, start)

@@ -49,7 +49,7 @@ class Task:
     iterations : int
         What the paper reports.
     shares : dict of str to callable
-        Parts of the goal: each takes the states (LENGTH + 1, n) and gives a number that is 1 at most when it is reached.
+        Parts of the goal: each takes the states (LENGTH + 1, n); its number is 1 at most when it is reached.
     goal : str
         The goal in words.
     """

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from anthro.neuroanimator.frames import rotation
 from anthro.neuroanimator.plants import dolphin_shape as shape
 from anthro.neuroanimator.plants.plant import STEP, Group, Plant, TypicalControl
 
@@ -190,14 +191,8 @@ class Dolphin(Plant):
     def start(self, generator: np.random.Generator) -> np.ndarray:
         """Gliding at random, undeformed, its nose in any direction."""
         quaternion = generator.normal(size=4)
-        w, x, y, z = quaternion / np.linalg.norm(quaternion)
-        turn = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        turn = np.empty((3, 3))
+        rotation(quaternion / np.linalg.norm(quaternion), turn)
         velocity = turn @ [generator.uniform(0.0, 1.0), 0.0, generator.uniform(-0.1, 0.1)]
         return np.concatenate([(self.points @ turn.T).ravel(), np.tile(velocity, NODES)])
 

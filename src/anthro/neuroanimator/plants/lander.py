@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from anthro.neuroanimator.frames import FRAMES, localise
 from anthro.neuroanimator.plants.plant import STEP, Group, RigidPlant, TypicalControl
 
 GRAVITY = 1.62  # m/s^2, of the Moon
@@ -26,13 +27,18 @@ XML = (
 
 
 class _Piloted(TypicalControl):
-    """Random jets, held in bounds: a pilot that lets neither the attitude nor the descent run away."""
+    """Random jets, held in bounds: a pilot who tilts against a drift, and lets no descent run away."""
+
+    DRIFT, TILT, SPIN, DESCENT = 0.1, 0.7, 1.0, 0.2  # gains: rad s/m, and shares of the limits by rad, rad/s, m/s
 
     def at(self, time: float, state: np.ndarray) -> np.ndarray:
-        tilt = 2.0 * state[4:7] * np.sign(state[3])
-        drawn = super().at(time, state)
-        drawn[0] -= 0.1 * state[9]
-        drawn[1:] -= 0.7 * tilt + 1.5 * state[10:13]
+        """See `TypicalControl`."""
+        local, drawn = np.empty(len(state)), super().at(time, state)
+        localise(FRAMES["heading"], np.asarray(state, float), np.zeros(len(state)), local)
+        tilt = 2.0 * local[4:6] - self.DRIFT * np.array([local[8], -local[7]])
+        drawn[0] -= self.DESCENT * local[9]
+        drawn[1:3] -= self.TILT * tilt
+        drawn[1:] -= self.SPIN * local[10:13]
         return np.clip(drawn, self._low, self._high)
 
 
@@ -72,7 +78,7 @@ class Lander(RigidPlant):
         w, x, y, _ = tilt / np.linalg.norm(tilt)
         c, s = np.cos(turn), np.sin(turn)
         quaternion = [c * w, c * x - s * y, c * y + s * x, s * w]
-        place, velocity = generator.uniform(-20, 20, 3), generator.uniform(-3, 3, 3)
+        place, velocity = generator.uniform(-20, 20, 3), generator.uniform(-2, 2, 3)
         return np.array([*place, *quaternion, *velocity, *generator.uniform(-0.2, 0.2, 3)])
 
     def typical(self, generator: np.random.Generator) -> TypicalControl:

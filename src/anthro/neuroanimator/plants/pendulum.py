@@ -9,7 +9,7 @@ from anthro.neuroanimator.plants.plant import STEP, Group, RigidPlant
 LINKS = 3
 LENGTH = 1.0  # m, of a link
 MASS = 1.0  # kg, of a link
-FRICTION = 1.0  # N m s, of a joint
+FRICTION = 2.0  # N m s, of a joint
 TORQUES = (8.0, 4.0, 1.5)  # N m, what each motor can do at most
 PUSH = 3.0  # N, largest force that is applied on a link
 JOINTS = tuple(str(joint) for joint in range(1, LINKS + 1))

@@ -138,7 +138,7 @@ class Plant:
 
 
 class TypicalControl:
-    """Controls as they occur: half of all animations are driven by waves, half by steps of random height.
+    """Controls as they occur: half of all animations are driven by waves, half by steps of random height and length.
 
     Parameters
     ----------
@@ -149,19 +149,19 @@ class TypicalControl:
         How much each input lags behind in a wave, rad; coordinated ones of a swimmer. Drawn if not given.
     """
 
-    FREQUENCIES = (0.1, 0.5)  # Hz; no more than half a wave in two super-steps of 0.5 s
-    KEEP = 0.4  # share of moments at which a step goes on
+    FREQUENCIES = (0.03, 0.5)  # Hz; no more than half a wave in two super-steps of 0.5 s
+    KEEP = 0.9  # largest share of moments at which a step goes on
 
     def __init__(self, generator: np.random.Generator, low, high, phases=None):
         self._generator, self._low, self._high = generator, np.asarray(low), np.asarray(high)
         size = len(self._low)
         self._wave = generator.random() < 0.5
         self._amplitude = generator.uniform(0.3, 1.0) * generator.uniform(0.5, 1.0, size)
-        self._speed = 2 * np.pi * generator.uniform(*self.FREQUENCIES)
+        self._speed = 2 * np.pi * np.exp(generator.uniform(*np.log(self.FREQUENCIES)))
         drawn = generator.uniform(0, 2 * np.pi, size)
         self._phases = drawn if phases is None else phases + drawn[:1]
         self._offset = generator.uniform(-0.3, 0.3, size)
-        self._held = self._draw()
+        self._held, self._keep = self._draw(), generator.uniform(0.0, self.KEEP)
 
     def _draw(self) -> np.ndarray:
         return self._generator.uniform(-1.0, 1.0, len(self._low)) * self._amplitude
@@ -171,7 +171,7 @@ class TypicalControl:
         if self._wave:
             relative = self._amplitude * np.sin(self._speed * time - self._phases) + self._offset
         else:
-            if self._generator.random() > self.KEEP:
+            if self._generator.random() > self._keep:
                 self._held = self._draw()
             relative = self._held
         middle, half = (self._high + self._low) / 2, (self._high - self._low) / 2
