@@ -1,12 +1,13 @@
 """The one training loop, for every network.
 
 Adam on the mean squared error of normalised labels, early stopping, the best epoch's weights kept
-(Nakada 2018, Sec. 5, footnote 1); a spec may ask for another optimiser (Grzeszczuk 1998, Sec. 3.5). Errors in ``loss.csv`` are normalised: inputs and labels are
-standardised with the training side's mean and standard deviation, so that an MSE of 1 is that of
-predicting the mean. The run card gives the MSE in the labels' own units too. ``train_mse`` is the
-mean over the epoch's batches, taken while the weights move; ``validation_mse`` is measured at the
-epoch's end. ``unexplained_variance`` is the validation MSE over the variance of the validation
-labels, both summed over outputs in the labels' own units.
+(Nakada 2018, Sec. 5, footnote 1); a spec may ask for another optimiser (Grzeszczuk 1998, Sec. 3.5).
+
+Errors in ``loss.csv`` are normalised: inputs and labels are standardised with the training side's mean
+and standard deviation, so that an MSE of 1 is that of predicting the mean. The run card gives the MSE in
+the labels' own units too. ``train_mse`` is the mean over the epoch's batches, taken while the weights
+move; ``validation_mse`` is measured at the epoch's end. ``unexplained_variance`` is the validation MSE
+over the variance of the validation labels, both summed over outputs in the labels' own units.
 
 Every random draw comes from a stream named by the seed and the epoch, so that a training that was
 killed and taken up again ends with the same bytes as one that was not (given the same threads and
