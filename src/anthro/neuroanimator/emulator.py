@@ -11,10 +11,8 @@ from anthro.errors import UserError
 from anthro.files import read_shard
 from anthro.motor.network import FeedForward
 from anthro.neuroanimator import kernels
-from anthro.neuroanimator.operators import Chain, Frame, Inverse, Normalise, StateChange, ToLocal, ToWorld
+from anthro.neuroanimator.operators import FACTORS, Chain, Frame, Inverse, Normalise, StateChange, ToLocal, ToWorld
 from anthro.neuroanimator.plants.plant import Plant
-
-FACTORS = ("input_mean", "input_scale", "output_mean", "output_scale")
 
 
 class Diverged(UserError):

@@ -90,7 +90,9 @@ def _rollout(rest, net, low, high, local_nets, layout, springs, spacing, count, 
             _regularise(positions, speeds, shortening, mass, pairs, owner, lengths, stiffness, count)
             like = frames[t + 1].copy()
             segments.split(state, like, mass, members, counts, along, across, shape, frames[t + 1], locals_[t + 1])
-    return -1, -1
+    localise(3, frames[-1], rest, x)
+    odd = outside(x, low, high)
+    return (len(controls), odd) if odd >= 0 else (-1, -1)
 
 
 def load_dolphin(run: Path, steps: int) -> HierarchicalEmulator:

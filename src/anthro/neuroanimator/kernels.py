@@ -10,7 +10,7 @@ from anthro.neuroanimator.frames import localise, localise_back, settle, settle_
 FAR = 40.0  # standard deviations of the training data beyond which a rollout counts as diverged
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath={"contract", "reassoc"}, error_model="numpy")
 def forward(into, bias, out_of, out_bias, x, hidden, y):
     """One hidden layer of sigmoids (Grzeszczuk 1998, App. C): weights (n_in, n_hidden) and (n_hidden, n_out)."""
     hidden[:] = bias
@@ -40,7 +40,7 @@ def forward_all(net, x: np.ndarray) -> np.ndarray:
     return y
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath={"contract", "reassoc"})
 def backward(into, out_of, hidden, by_y, by_x):
     """Write the derivative by the inputs (n_in,), given that by the outputs (n_out,)."""
     slope = np.empty(len(hidden))
@@ -85,7 +85,9 @@ def rollout(kind, rest, net, low, high, inputs, states):
         for i in range(n):
             states[t + 1, i] = states[t, i] + change[i]
         settle(kind, states[t + 1])
-    return -1, -1
+    localise(kind, states[-1], rest, x)
+    odd = outside(x, low, high)
+    return (len(inputs), odd) if odd >= 0 else (-1, -1)
 
 
 @njit(cache=True)

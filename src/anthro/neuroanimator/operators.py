@@ -14,6 +14,7 @@ from numba import njit
 
 from anthro.neuroanimator import frames
 
+FACTORS = ("input_mean", "input_scale", "output_mean", "output_scale")  # of a network's operators
 CONSTANT = 1e-9  # standard deviation under which a group does not vary
 
 

@@ -16,8 +16,7 @@ import numpy as np
 from anthro import cli
 from anthro.errors import UserError
 from anthro.files import read_json, read_shard, write_shard
-from anthro.neuroanimator.emulator import FACTORS
-from anthro.neuroanimator.operators import Chain, Frame, Normalise, StateChange, ToLocal, ToWorld
+from anthro.neuroanimator.operators import FACTORS, Chain, Frame, Normalise, StateChange, ToLocal, ToWorld
 from anthro.neuroanimator.plants import plant_of
 from anthro.neuroanimator.plants.plant import Group, Plant
 from anthro.neuroanimator.sample import COLUMNS

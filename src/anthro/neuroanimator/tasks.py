@@ -18,7 +18,7 @@ from anthro.neuroanimator.segments import COUNT, PLACE, Segments
 
 SUPER_STEP = 50  # physical steps
 LENGTH = 40  # super-steps
-RAISED = 1.8  # rad: the pendulum's arm, straight, above the horizontal
+RAISED = 1.6  # rad: the pendulum's arm, straight, above the horizontal
 SWUM = 1.0  # m
 SLOW = 4  # super-steps before the landing in which the descent must be slow
 
@@ -153,7 +153,7 @@ def truck() -> Task:
         first=first,
         effort=0.0,
         rate=0.5,
-        momentum=0.5,
+        momentum=0.7,
         plain_rate=0.5,
         iterations=15,
         shares={
@@ -178,15 +178,15 @@ def lander() -> Task:
         plant=plant.name,
         start=start,
         desired=desired,
-        weights=_scaled([172.0, 172.0, 167.0, 1.0, 0.64, 0.64, 0.64, 16.0, 16.0, 10.0, 0.6, 0.6, 0.6]),
+        weights=_scaled([120.0, 120.0, 120.0, 1.0, 0.64, 0.64, 0.64, 23.0, 23.0, 14.5, 2.0, 2.0, 2.0]),
         reward=np.zeros(13),
         knots=20,
         smooth=False,
         first=first,
         effort=0.0,
-        rate=0.5,
-        momentum=0.5,
-        plain_rate=0.4,
+        rate=0.7,
+        momentum=0.7,
+        plain_rate=0.5,
         iterations=15,
         shares={
             "place": _off(desired, slice(0, 3), 1.0),

@@ -28,7 +28,7 @@ def _axle(name: str, drive: float) -> str:
 
 
 XML = (
-    f'<mujoco><option timestep="{STEP}" integrator="implicitfast" gravity="0 0 0"><flag contact="disable"/></option>'
+    f'<mujoco><option timestep="{STEP}" integrator="Euler" gravity="0 0 0"><flag contact="disable"/></option>'
     '<worldbody><body name="truck"><joint name="x" type="slide" axis="1 0 0"/>'
     '<joint name="y" type="slide" axis="0 1 0"/><joint name="heading" axis="0 0 1"/>'
     f'<inertial pos="0 0 0" mass="{MASS}" diaginertia="{INERTIA} {INERTIA} {INERTIA}"/>'
