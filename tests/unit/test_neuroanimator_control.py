@@ -106,7 +106,9 @@ def test_searches_count_and_stop(method):
 
 def test_rows_of_searches_compare_with_backpropagation():
     runs = {
-        "backpropagation": [{"reached": True, "reached_on_plant": True, "evaluations": 5, "iterations": 4, "seconds": 0.5}],
+        "backpropagation": [
+            {"reached": True, "reached_on_plant": True, "evaluations": 5, "iterations": 4, "seconds": 0.5}
+        ],
         "cma_es": [{"reached": False, "evaluations": 1000, "iterations": 50, "seconds": 200.0}],
     }
     rows = {row["metric"]: judge(row) for row in search.rows_of("truck", runs, 1000)}

@@ -14,7 +14,8 @@ from anthro.motor.network import FeedForward
 from anthro.neuroanimator.emulator import Diverged, Emulator, load_emulator
 from anthro.neuroanimator.hierarchy import HierarchicalEmulator
 from anthro.neuroanimator.operators import Frame
-from anthro.neuroanimator.plants import plant_of
+from anthro.neuroanimator.plants import PLANTS, plant_of
+from anthro.neuroanimator.plants.plant import STEP, Group, RigidPlant
 from anthro.neuroanimator.present import groups_of, present
 from anthro.neuroanimator.present import main as present_main
 from anthro.neuroanimator.sample import main as sample_main
@@ -280,3 +281,40 @@ def test_other_optimisers_learn_resume_and_repeat(tmp_path, optimiser):
     card = read_json(tmp_path / "one" / "run_card.json")
     assert card["best"]["validation_mse"] < 0.1
     assert FeedForward.load(tmp_path / "one" / "weights.h5").activation == "sigmoid"
+
+
+class Cart(RigidPlant):
+    """The plant of the README's ten lines."""
+
+    name = "cart"
+    state = (Group("place", ("x",), "m"), Group("velocity", ("velocity x",), "m/s"))
+    control = (Group("push", ("push",), "N"),)
+    low, high = np.array([-1.0]), np.array([1.0])
+
+    def __init__(self):
+        slide = '<joint name="x" type="slide" axis="1 0 0" damping="0.2"/><geom size="0.1" mass="1"/>'
+        super().__init__(
+            f'<mujoco><option timestep="{STEP}"/><worldbody><body>{slide}</body></worldbody>'
+            '<actuator><motor joint="x"/></actuator></mujoco>'
+        )
+
+    def start(self, generator):
+        return generator.uniform(-1, 1, 2)
+
+
+def test_a_plant_of_ten_lines_is_sampled_presented_and_learned(monkeypatch, tmp_path):
+    cart = Cart()
+    monkeypatch.setitem(PLANTS, "cart", lambda: cart)
+    keys = {"plant": "cart", "super_step": 50, "seconds": 10.0, "seed": 1, "examples": 200}
+    net = {"name": "cart_n50", "part": "whole", "rows": 200, "inputs": ["place", "velocity", "push"], "hidden": [6]}
+    net |= {"outputs": ["place_change", "velocity_change"], "normalised": True, "activation": "sigmoid"}
+    net |= {"optimiser": "conjugate_gradient", "searches": 50, "epochs": 2, "learning_rate": 1.0, "batch_size": 200}
+    write_json(tmp_path / "net.json", keys | net)
+    pairs, factors = present(keys | net, sample(keys))
+    folder = tmp_path / "neuroanimator"
+    write_shard(folder / "pairs" / "cart_n50" / "pairs.h5", pairs)
+    write_shard(folder / "pairs" / "cart_n50" / "operators.h5", factors)
+    train(tmp_path / "net.json", [folder / "pairs" / "cart_n50" / "pairs.h5"], folder / "nets" / "cart_n50")
+    emulator = load_emulator(tmp_path, "cart_n50", cart)
+    moved = emulator.rollout(np.zeros(2), np.full((4, 1), 0.5))[-1]
+    assert np.allclose(moved, cart.step(np.zeros(2), [0.5], steps=200), atol=0.15)

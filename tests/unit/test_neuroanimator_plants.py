@@ -68,7 +68,7 @@ def test_a_pendulum_is_moved_by_motors_and_by_forces():
     forced = plant_of("forced_pendulum")
     assert forced.step(forced.rest, [1.0, 0, 0], steps=10)[0] > 0
     assert forced.step(forced.rest, np.zeros(3), [2.0, 2.0, 2.0], steps=10)[0] > 0
-    ends = forced.points(np.array([np.pi / 2, 0, 0, 0, 0, 0]))
+    ends = hung.points_of(np.array([np.pi / 2, 0, 0, 0, 0, 0]))
     assert np.allclose(ends[-1], [3 * hung.LENGTH, 0])
 
 
@@ -84,8 +84,8 @@ def test_the_motors_cannot_raise_the_arm_in_one_go():
         state = plant.rest
         for _ in range(200):
             state = plant.step(state, sign * plant.high, steps=10)
-            reached = max(reached, plant.points(state)[-1, 1])
-    assert reached < plant.points(target)[-1, 1] - 1.0
+            reached = max(reached, hung.points_of(state)[-1, 1])
+    assert reached < hung.points_of(target)[-1, 1] - 1.0
 
 
 def test_a_truck_rolls_turns_and_skids():

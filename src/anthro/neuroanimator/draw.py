@@ -13,7 +13,7 @@ from matplotlib.patches import Circle, Polygon
 from anthro.neuroanimator.frames import rotation
 from anthro.neuroanimator.plants import lander, truck
 from anthro.neuroanimator.plants.dolphin import NODES, Dolphin
-from anthro.neuroanimator.plants.pendulum import LENGTH, LINKS, Pendulum
+from anthro.neuroanimator.plants.pendulum import Pendulum, points_of
 
 PLANT, EMULATOR, GOAL, INK = "#5B6C7D", "#8E44AD", "#2E9E4F", "#404040"  # the emulator is purple, the goal green
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
@@ -35,13 +35,13 @@ class View:
         return np.stack([points @ right, points @ up], axis=-1), points @ toward
 
 
-SIDE = View(-np.pi / 2, 0.0)  # x to the right, z up
 ASLANT = View(-1.2, 0.25)
+BESIDE = View(-1.35, 0.3)
 
 
 def pendulum(axes: Axes, plant: Pendulum, state: np.ndarray, colour: str, alpha: float = 1.0) -> None:
     """Links and joints, seen from the side."""
-    points = plant.points(state)
+    points = points_of(state)
     axes.plot(*points.T, color=colour, alpha=alpha, linewidth=5, solid_capstyle="round", zorder=3)
     for point in points[:-1]:
         axes.add_patch(Circle(point, 0.07, color=INK, alpha=alpha, zorder=4, linewidth=0))
@@ -105,21 +105,21 @@ def land(axes: Axes, plant, state: np.ndarray, colour: str, alpha: float = 1.0, 
 def swim(axes: Axes, plant: Dolphin, state: np.ndarray, colour: str, alpha: float = 1.0) -> None:
     """The dolphin's skin, seen aslant from the side."""
     points = np.reshape(state[: 3 * NODES], (NODES, 3))
-    _solid(axes, points, [tuple(face) for face in plant.faces], colour, alpha, View(-1.35, 0.3))
+    _solid(axes, points, [tuple(face) for face in plant.faces], colour, alpha, BESIDE)
 
 
 def scene(axes: Axes, task: str, states: np.ndarray, wide: float) -> None:
     """Set limits that show all states (n, n_state) of a task in axes ``wide`` times as wide as high, and the ground."""
     if task == "pendulum":
-        reach = LINKS * LENGTH * 1.08
-        low, high = np.array([-reach, -reach]), np.array([reach, reach])
+        places = points_of(states).reshape(-1, 2)
+        low, high = places.min(axis=0) - 0.3, places.max(axis=0) + 0.3
     elif task == "truck":
         low, high = states[:, :2].min(axis=0) - 3.0, states[:, :2].max(axis=0) + 3.0
     elif task == "lander":
         places, _ = ASLANT.project(states[:, :3])
         low, high = places.min(axis=0) - 4.0, places.max(axis=0) + 3.0
     else:
-        places, _ = View(-1.35, 0.3).project(states[:, : 3 * NODES].reshape(-1, 3))
+        places, _ = BESIDE.project(states[:, : 3 * NODES].reshape(-1, 3))
         low, high = places.min(axis=0) - 0.3, places.max(axis=0) + 0.3
     middle, size = (low + high) / 2, high - low
     height = max(size[1], size[0] / wide)
@@ -128,7 +128,7 @@ def scene(axes: Axes, task: str, states: np.ndarray, wide: float) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     if task == "lander":
-        corners = np.array([[x, y, 0.0] for x, y in ((-60, -8), (60, -8), (60, 60), (-60, 60))])
+        corners = np.array([[x, y, 0.0] for x, y in ((-60, -4), (60, -4), (60, 12), (-60, 12))])
         axes.add_patch(Polygon(ASLANT.project(corners)[0], color="#DDDDDD", linewidth=0, zorder=0))
 
 

@@ -23,6 +23,7 @@ from anthro.render.film import write_video
 from anthro.runcard import RunCard
 
 DPI = 100
+DRIVEN = {"truck": {"steer": 1}, "lander": {"rocket": 0}}  # inputs that show
 
 
 def read_motion(run: Path, task: str) -> dict[str, np.ndarray]:
@@ -55,8 +56,10 @@ def show(axes, name: str, motion: dict[str, np.ndarray], at: float) -> None:
     paint, plant, goal = draw.DRAWN[name], plant_of(task_of(name).plant), goal_state(name)
     if goal is not None:
         paint(axes, plant, goal, draw.GOAL, 0.35)
-    paint(axes, plant, between(motion["time"], motion["plant"], at), draw.PLANT)
-    paint(axes, plant, between(motion["emulated_time"], motion["emulated"], at), draw.EMULATOR, 0.5)
+    step = min(int(at / motion["emulated_time"][1]), len(motion["inputs"]) - 1)
+    driven = {key: motion["inputs"][step, column] for key, column in DRIVEN.get(name, {}).items()}
+    paint(axes, plant, between(motion["time"], motion["plant"], at), draw.PLANT, **driven)
+    paint(axes, plant, between(motion["emulated_time"], motion["emulated"], at), draw.EMULATOR, 0.5, **driven)
 
 
 def frames(name: str, motion: dict[str, np.ndarray], times, width: int, height: int) -> Iterator[np.ndarray]:

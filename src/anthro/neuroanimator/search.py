@@ -86,8 +86,9 @@ def annealing(meter: Meter, start: np.ndarray, bounds: Bounds, seed: int) -> Non
     """Simulated annealing (scipy's, without local search); every evaluation is an iteration."""
 
     def counted(flat):
+        cost = meter(flat)
         meter.tick()
-        return meter(flat)
+        return cost
 
     dual_annealing(counted, bounds, x0=start, rng=np.random.default_rng(seed), no_local_search=True, maxiter=10**6)
 

@@ -31,6 +31,13 @@ def _xml(friction: float) -> str:
     )
 
 
+def points_of(state: np.ndarray) -> np.ndarray:
+    """Ends of the links of states (..., 6), hinge first, (..., 4, 2) m: to the right and up."""
+    angles = np.cumsum(state[..., :LINKS], axis=-1)
+    steps = LENGTH * np.stack([np.sin(angles), -np.cos(angles)], axis=-1)
+    return np.concatenate([np.zeros_like(steps[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+
+
 class Pendulum(RigidPlant):
     """Angles of each joint relative to the link above it, then their rates.
 
@@ -72,9 +79,3 @@ class Pendulum(RigidPlant):
     def push(self, generator: np.random.Generator) -> np.ndarray:
         """Each link pushed to one side or the other."""
         return generator.uniform(-PUSH, PUSH, self.n_force)
-
-    def points(self, state: np.ndarray) -> np.ndarray:
-        """Ends of the links, hinge first, (..., 4, 2) m: to the right and up."""
-        angles = np.cumsum(state[..., :LINKS], axis=-1)
-        steps = LENGTH * np.stack([np.sin(angles), -np.cos(angles)], axis=-1)
-        return np.concatenate([np.zeros_like(steps[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
