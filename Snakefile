@@ -7,7 +7,18 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from anthro import registry
 from anthro.body.parts import BODIES
-from anthro.config import SEES, SIGHT, ablation_spec, data_spec, load, net_spec, role_of, sizes_of
+from anthro.config import (
+    SEES,
+    SIGHT,
+    ablation_spec,
+    data_spec,
+    emulator_spec,
+    load,
+    net_spec,
+    plant_spec,
+    role_of,
+    sizes_of,
+)
 from anthro.errors import UserError
 from anthro.files import canonical
 from anthro.sources import source_files
@@ -30,8 +41,12 @@ wildcard_constraints:
     sight="|".join(name for name in settings["data"] if role_of(name) in SIGHT),
     table="|".join(registry.ABLATIONS),
     demo="|".join(registry.DEMOS),
+    plant="|".join(registry.PLANTS),
+    emulator="|".join(registry.EMULATORS),
+    task="|".join(registry.TASKS),
     paper="|".join(settings["papers"]),
     round=r"\d+",
+    steps=r"\d+",
     shard=r"\d{4}",
     row=r"[^/]+",
 
@@ -44,6 +59,7 @@ include: "workflow/rules/train.smk"
 include: "workflow/rules/ablate.smk"
 include: "workflow/rules/demos.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/neuroanimator.smk"
 
 
 rule nakada2018:
@@ -67,4 +83,5 @@ rule all:
     input:
         rules.nakada2018.input,
         rules.zhou2021.input,
+        rules.neuroanimator.input,
     localrule: True

@@ -1,9 +1,10 @@
-"""One run's settings: config.yaml, its scale, data sets, nets, ablations and papers, all checked against schemas."""
+"""One run's settings: config.yaml, its scale, data, nets, plants, ablations and papers, all checked against schemas."""
 
 import argparse
 import csv
 import difflib
 import json
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -94,6 +95,7 @@ def read_ablation(path: Path, root: Path) -> dict[str, dict]:
     return table
 
 
+EMULATORS = "grzeszczuk1998"  # the paper whose nets emulate plants
 PLAIN = {"learning_rate": 1e-3, "schedule": "constant", "start": "he", "softening": {}}
 
 
@@ -127,7 +129,7 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     -------
     dict
         The keys of ``config.yaml`` with `run` filled in, ``sizes`` (the scale), ``papers``,
-        ``limbs``, ``nets``, ``data`` and ``ablations`` (each by file name).
+        ``limbs``, ``nets``, ``data``, ``ablations``, ``plants`` and ``emulators`` (each by file name).
 
     Raises
     ------
@@ -153,7 +155,15 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     settings["nets"] = {
         path.stem: read_yaml(path, "net", root)
         for paper in settings["papers"]
+        if paper != EMULATORS
         for path in sorted((root / "config" / "nets" / paper).glob("*.yaml"))
+    }
+    settings["plants"] = {
+        path.stem: read_yaml(path, "plant", root) for path in sorted((root / "config" / "plants").glob("*.yaml"))
+    }
+    settings["emulators"] = {
+        path.stem: read_yaml(path, "emulator", root)
+        for path in sorted((root / "config" / "nets" / EMULATORS).glob("*.yaml"))
     }
     settings["data"] = {
         path.stem: read_yaml(path, f"data_{role_of(path.stem)}", root)
@@ -191,6 +201,39 @@ def net_spec(settings: Mapping, net: str) -> dict:
     content = settings["nets"][net]
     epochs = sizes_of(settings, content["dataset"])["epochs"][role_of(content["dataset"])]
     return content | {"epochs": epochs, "seed": settings["seed"], "samples": None}
+
+
+def _examples(settings: Mapping, count: int) -> int:
+    """Return how many examples train at the run's scale, of those that the paper's net has."""
+    return max(10, round(settings["sizes"]["neuroanimator"]["examples"] * count))
+
+
+def plant_spec(settings: Mapping, plant: str, super_step: int) -> dict:
+    """Return what a plant's examples are sampled from: its YAML with the super-step, and a tenth more to validate."""
+    content = settings["plants"][plant]
+    rows = 10 * math.ceil(_examples(settings, content["examples"]) / 9)
+    return content | {"plant": plant, "super_step": super_step, "examples": rows, "seed": settings["seed"]}
+
+
+def emulator_spec(settings: Mapping, emulator: str) -> dict:
+    """Return what an emulator's network is trained from: its YAML, the scale's examples and epochs, the seed.
+
+    Conjugate gradients take all pairs at once, and their line searches know no rate.
+    """
+    content = settings["emulators"][emulator]
+    examples = _examples(settings, content["examples"])
+    whole = {"batch_size": examples, "learning_rate": 1.0} if content["optimiser"] == "conjugate_gradient" else {}
+    return (
+        whole
+        | content
+        | {
+            "examples": examples,
+            "rows": 10 * math.ceil(examples / 9),
+            "samples": round(examples / 0.9),
+            "epochs": settings["sizes"]["neuroanimator"]["epochs"][content["optimiser"]],
+            "seed": settings["seed"],
+        }
+    )
 
 
 def ablation_spec(settings: Mapping, table: str, row: str) -> dict:

@@ -1,4 +1,4 @@
-"""The only list of limbs, nets, demos and figures; a test proves that each of them is in the DAG."""
+"""The only list of limbs, nets, plants, emulators, demos and figures; a test proves that each of them is in the DAG."""
 
 from dataclasses import dataclass
 
@@ -78,6 +78,25 @@ class Figure:
 
     paper: str
     suffix: str = "png"
+
+
+@dataclass(frozen=True)
+class Emulator:
+    """One network that emulates a plant; its numbers stand in ``config/nets/grzeszczuk1998/<name>.yaml``.
+
+    Attributes
+    ----------
+    plant : str
+        Of `PLANTS`.
+    part : str
+        "whole", or of the dolphin "global" or "local1" to "local6".
+    super_step : int
+        Physical steps that it takes at once.
+    """
+
+    plant: str
+    part: str
+    super_step: int
 
 
 LIMBS = {
@@ -160,6 +179,29 @@ DEMOS = {
     "solvers": Demo("anthro.motor.compare_solvers", ("right_arm",), rollout=False, alone=True),
 }
 
+PLANTS = {  # super-steps of each plant's emulators
+    "passive_pendulum": (25, 50, 100),
+    "active_pendulum": (25, 50, 100),
+    "forced_pendulum": (50,),
+    "truck": (50,),
+    "lander": (50,),
+    "dolphin": (50,),
+}
+
+EMULATORS = {
+    "_".join([plant, *([] if part == "whole" else [part]), f"n{steps}"]): Emulator(plant, part, steps)
+    for plant, super_steps in PLANTS.items()
+    for steps in super_steps
+    for part in (("global", *(f"local{j}" for j in range(1, 7))) if plant == "dolphin" else ("whole",))
+}
+
+TASKS = {  # control tasks, and the plants whose emulators they are learned through
+    "pendulum": "active_pendulum",
+    "truck": "truck",
+    "lander": "lander",
+    "dolphin": "dolphin",
+}
+
 FIGURES = {
     "fig02_body": Figure("nakada2018"),
     "fig03_neck": Figure("nakada2018"),
@@ -190,6 +232,21 @@ FIGURES = {
     "fig05_core_training": Figure("zhou2021"),
     "fig15_width_ablation": Figure("zhou2021"),
     "joint_sweeps": Figure("zhou2021"),
+    "fig10_plants": Figure("grzeszczuk1998"),
+    "fig12_error": Figure("grzeszczuk1998"),
+    "fig12_other_plants": Figure("grzeszczuk1998"),
+    "fig13_pendulum": Figure("grzeszczuk1998"),
+    "fig13_pendulum_video": Figure("grzeszczuk1998", "mp4"),
+    "fig13_truck": Figure("grzeszczuk1998"),
+    "fig13_truck_video": Figure("grzeszczuk1998", "mp4"),
+    "fig13_lander": Figure("grzeszczuk1998"),
+    "fig13_lander_video": Figure("grzeszczuk1998", "mp4"),
+    "fig13_dolphin": Figure("grzeszczuk1998"),
+    "fig13_dolphin_video": Figure("grzeszczuk1998", "mp4"),
+    "fig14_convergence": Figure("grzeszczuk1998"),
+    "table2_timing": Figure("grzeszczuk1998"),
+    "regularisation": Figure("grzeszczuk1998"),
+    "search_comparison": Figure("grzeszczuk1998"),
 }
 
 

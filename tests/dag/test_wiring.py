@@ -30,8 +30,25 @@ def test_every_limb_net_demo_figure_and_ablation_is_made(planned):
     for figure in registry.FIGURES:
         assert f"figure_{figure}" in planned.values()
     assert planned[f"{run}/scorecard.csv"] == "scorecard" and planned[f"{run}/cost.csv"] == "cost"
+    part = f"{run}/neuroanimator"
+    wanted = {f"{part}/nets/{name}/weights.h5": "train_emulator" for name in registry.EMULATORS}
+    wanted |= {f"{part}/pairs/{name}/operators.h5": "present" for name in registry.EMULATORS}
+    wanted |= {f"{part}/data/{plant}_n{n}.h5": "sample" for plant, steps in registry.PLANTS.items() for n in steps}
+    wanted |= {f"{part}/accuracy/{plant}/rows.json": "accuracy" for plant in registry.PLANTS}
+    wanted |= {f"{part}/{stage}/{task}/rows.json": stage for stage in ("control", "search") for task in registry.TASKS}
+    wanted |= {f"{part}/timing/table2/rows.json": "table2", f"{part}/scorecard.csv": "neuroanimator_scorecard"}
+    assert {name: planned.get(name) for name in wanted} == wanted
     made = {name for name, rule in planned.items() if rule == "body" and name.endswith("model.mjb")}
     assert made == {f"{run}/body/{body}/model.mjb" for body in bodies}
+
+
+def test_the_neuroanimator_stands_alone(workplace):
+    told = workplace.snakemake("--dry-run", "--quiet", "rules", "--", "neuroanimator").stdout
+    rules = {line.split()[0] for line in told.splitlines() if len(line.split()) == 2 and line.split()[1].isdigit()}
+    alone = {"accuracy", "control", "neuroanimator", "neuroanimator_scorecard", "present", "sample", "search", "spec"}
+    alone |= {"table2", "train_emulator", "total"}
+    assert alone <= rules
+    assert all(rule.startswith("figure_") for rule in rules - alone), rules
 
 
 def test_mirrored_limbs_have_neither_data_nor_training(planned):

@@ -6,6 +6,12 @@
 
 PARTS = ("weights.h5", "loss.csv", "run_card.json")  # what a training leaves
 MIRRORED = registry.mirrored_nets(settings["left_limbs"])  # nets that are not trained, and where they come from
+NEURO_PARTS = {  # what figures read of the parts of results/<run>/neuroanimator/
+    "accuracy": ("rollout.h5", "metrics.json"),
+    "control": ("rollout.h5", "metrics.json"),
+    "search": ("metrics.json",),
+    "timing": ("metrics.json",),
+}
 TRAINED = [net for net in registry.NETS if net not in MIRRORED]
 SIGHT_SETS = [name for name in settings["data"] if role_of(name) in SIGHT]
 DATASETS = sorted({settings["nets"][net]["dataset"] for net in TRAINED})
@@ -96,8 +102,13 @@ def content_of(wildcards):
         return canonical(data_spec(settings, name))
     if stage == "nets":
         return canonical(net_spec(settings, name))
-    table, _, row = name.partition("/")
-    return canonical(ablation_spec(settings, table, row))
+    part, _, row = name.partition("/")
+    if stage == "neuroanimator" and part == "data":
+        plant, _, steps = row.rpartition("_n")
+        return canonical(plant_spec(settings, plant, int(steps)))
+    if stage == "neuroanimator":
+        return canonical(emulator_spec(settings, row))
+    return canonical(ablation_spec(settings, part, row))
 
 
 def demo_bodies(wildcards):
@@ -143,6 +154,8 @@ def needs_of(figure):
             files += [f"results/{{run}}/nets/{name}/weights.h5"]
         elif stage == "demos":
             files += demo_files(name)
+        elif stage in NEURO_PARTS:
+            files += [f"results/{{run}}/neuroanimator/{need}/{part}" for part in NEURO_PARTS[stage]]
         else:
             rows = settings["ablations"][name]
             files += [f"results/{{run}}/ablations/{name}/{row}/{part}" for row in rows for part in PARTS[1:]]
@@ -176,25 +189,34 @@ def figure_told(figure):
 
 
 def figure_module(figure):
-    """The module that draws a figure: its own script, or the camera for a video."""
-    return (
-        "anthro.render.film"
-        if "film" in figure_told(figure)
-        else f"anthro.figures.{registry.FIGURES[figure].paper}.{figure}"
-    )
+    """The module that draws a figure: its own script, or a camera for a video."""
+    told = figure_told(figure)
+    if "task" in told:
+        return "anthro.neuroanimator.film"
+    return "anthro.render.film" if "film" in told else f"anthro.figures.{registry.FIGURES[figure].paper}.{figure}"
 
 
 def figure_sources(figure):
     """The sources of a figure, and the look of all plots."""
     files = source_files(figure_module(figure))
-    return files if "film" in figure_told(figure) else [*files, "src/anthro/figures/house.mplstyle"]
+    return files if registry.FIGURES[figure].suffix == "mp4" else [*files, "src/anthro/figures/house.mplstyle"]
 
 
 def film_flags(figure):
     """Which rollout a video shows, its size, and where the camera stands; nothing for a plot."""
     told = figure_told(figure)
+    film = settings["sizes"]["film"]
+    size = f"--width {film['width']} --height {film['height']} --fps {film['fps']}"
+    if "task" in told:
+        return f"--task {told['task']} {size}"
     if "film" not in told:
         return ""
-    film = settings["sizes"]["film"]
-    size = f"--demo {told['film']} --width {film['width']} --height {film['height']} --fps {film['fps']}"
+    size = f"--demo {told['film']} {size}"
     return f"{size} --azimuth {told['azimuth']}" if "azimuth" in told else size
+
+
+def neuro_rows(run="{run}"):
+    """Rows of the scorecard that are made here."""
+    parts = [f"accuracy/{plant}" for plant in registry.PLANTS] + ["timing/table2"]
+    parts += [f"{stage}/{task}" for stage in ("control", "search") for task in registry.TASKS]
+    return [f"results/{run}/neuroanimator/{part}/rows.json" for part in parts]

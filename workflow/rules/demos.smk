@@ -93,6 +93,7 @@ rule scorecard:
         findings="results/{run}/ablations/rows.json",
         nets="results/{run}/nets/rows.json",
         sight="results/{run}/nets/vision/rows.json",
+        neuroanimator=neuro_rows(),
     output:
         report(
             "results/{run}/scorecard.csv",

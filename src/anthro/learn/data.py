@@ -17,6 +17,8 @@ from anthro.streams import stream
 
 FOLDS = 10  # one block in ten validates (Nakada 2018, footnote 5: 90 % train, 10 % are reserved)
 BLOCK = 4096  # pairs that are worked on at once
+MEAN_BAND, VARIANCE_BAND = 0.1, (0.7, 1.4)  # what counts as zero mean and unit variance
+STILL = 1e-9  # mean and variance of a group that does not vary
 TRAINING, VALIDATION, UNUSED = 0, 1, 2  # sides of the split
 
 
@@ -276,17 +278,19 @@ def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
     Returns
     -------
     normalisation : dict of str to ndarray of float32
-        Means and scales of the training side, in the form of `FeedForward.normalisation`.
+        Means and scales of the training side, in the form of `FeedForward.normalisation`; those that change
+        nothing if the spec says that pairs come normalised.
     digest : str
         SHA-256 (hex) of everything that training sees.
 
     Raises
     ------
     UserError
-        See `Pairs.blocks`.
+        See `Pairs.blocks`; naming the column, when pairs that should come normalised do not.
     """
     inputs = ByteMoments() if pairs.of_bytes else Moments()
     outputs, limit, total = Moments(), 0.0, hashlib.sha256()
+    normalised = pairs.spec.normalised
     for block in pairs.blocks():
         chosen = block.side == TRAINING
         inputs.add(soften(block.inputs, pairs.softening)[chosen])
@@ -297,13 +301,15 @@ def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
             total.update(np.ascontiguousarray(values))
     for values in (pairs.softening, pairs.output_softening):
         total.update(values)
+    if normalised:
+        _refuse_unnormalised(pairs, inputs, outputs)
     values = {
         "input_softening": pairs.softening,
-        "input_mean": inputs.mean,
-        "input_scale": inputs.scale,
+        "input_mean": np.zeros(len(pairs.softening)) if normalised else inputs.mean,
+        "input_scale": np.ones(len(pairs.softening)) if normalised else inputs.scale,
         "output_softening": pairs.output_softening,
-        "output_mean": outputs.mean,
-        "output_scale": outputs.scale,
+        "output_mean": np.zeros(len(pairs.output_softening)) if normalised else outputs.mean,
+        "output_scale": np.ones(len(pairs.output_softening)) if normalised else outputs.scale,
         "output_limit": np.where(pairs.output_softening > 0, limit, 0.0),
     }
     return {name: value.astype(np.float32) for name, value in values.items()}, total.hexdigest()
@@ -314,6 +320,27 @@ def packed(block: Block, factors: dict[str, np.ndarray]) -> np.ndarray:
     if block.inputs.dtype != np.uint8:
         return normalise(block, factors).view(np.uint8)
     return np.concatenate([block.inputs, _standard(block.outputs, factors, "output").view(np.uint8)], axis=1)
+
+
+def _refuse_unnormalised(pairs: Pairs, inputs: Moments, outputs: Moments) -> None:
+    """Raise a UserError for a column, a group of variables, without zero mean and unit variance.
+
+    A group that does not vary may stand at zero.
+    """
+    spec = pairs.spec
+    columns, _ = read_shard(pairs.shards[0], dict.fromkeys(spec.inputs + spec.outputs))
+    for names, moments in ((spec.inputs, inputs), (spec.outputs, outputs)):
+        ends = np.cumsum([columns[name][:1].size for name in names])
+        for name, mean, variance in zip(
+            names, np.split(moments.mean, ends[:-1]), np.split(moments.variance, ends[:-1]), strict=True
+        ):
+            middle = float(mean.mean())
+            spread = float((variance + np.square(mean - middle)).mean())
+            still = spread < STILL and abs(middle) < STILL
+            if not still and (abs(middle) > MEAN_BAND or not VARIANCE_BAND[0] <= spread <= VARIANCE_BAND[1]):
+                raise UserError(
+                    f"{spec.name}: {name} is not normalised (mean {middle:.3g}, variance {spread:.3g}, not 0 and 1)"
+                )
 
 
 def normalise(block: Block, factors: dict[str, np.ndarray]) -> np.ndarray:

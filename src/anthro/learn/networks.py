@@ -1,4 +1,4 @@
-"""The network that learns: fully connected, rectified linear units, He's initial weights."""
+"""The network that learns: fully connected, rectified linear units or sigmoids, random initial weights."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -11,7 +11,7 @@ from anthro.motor.network import FeedForward
 
 
 class Network(nn.Module):
-    """Layers between normalised inputs and normalised outputs (Nakada 2018, Sec. 5, footnote 1).
+    """Layers between normalised inputs and outputs (Nakada 2018, Sec. 5, footnote 1; Grzeszczuk 1998, Sec. 2.1).
 
     Parameters
     ----------
@@ -20,16 +20,30 @@ class Network(nn.Module):
     generator : numpy.random.Generator, optional
         Draws the initial weights: normal, mean 0, standard deviation sqrt(2 / fan_in); biases are 0.
         Without it the weights are 0.
+    activation : {"relu", "sigmoid"}
+        Of the hidden units.
+    uniform : bool
+        Draw weights and biases uniformly from -1 to 1 over sqrt(fan_in) instead.
     """
 
-    def __init__(self, sizes: Sequence[int], generator: np.random.Generator | None = None):
+    def __init__(
+        self,
+        sizes: Sequence[int],
+        generator: np.random.Generator | None = None,
+        activation: str = "relu",
+        uniform: bool = False,
+    ):
         super().__init__()
-        self.sizes = tuple(sizes)
+        self.sizes, self.activation = tuple(sizes), activation
         self.layers = nn.ModuleList(nn.utils.skip_init(nn.Linear, n_in, n_out) for n_in, n_out in pairwise(self.sizes))
         for layer in self.layers:
             nn.init.zeros_(layer.bias)
             nn.init.zeros_(layer.weight)
-            if generator is not None:
+            if generator is not None and uniform:
+                for values in (layer.weight, layer.bias):
+                    drawn = generator.uniform(-1.0, 1.0, tuple(values.shape)) / np.sqrt(layer.in_features)
+                    values.data.copy_(torch.from_numpy(drawn))
+            elif generator is not None:
                 deviation = np.sqrt(2 / layer.in_features)
                 values = generator.normal(0.0, deviation, (layer.out_features, layer.in_features))
                 layer.weight.data.copy_(torch.from_numpy(values))
@@ -49,12 +63,14 @@ class Network(nn.Module):
 
     def forward(self, x: torch.Tensor, after: int = 0) -> torch.Tensor:
         """Map normalised inputs (n, n_in), or activations behind the first `after` layers, to outputs (n, n_out)."""
+        bend = torch.relu if self.activation == "relu" else torch.sigmoid
         for layer in self.layers[after:-1]:
-            x = torch.relu(layer(x))
+            x = bend(layer(x))
         return self.layers[-1](x)
 
     def export(self, normalisation: dict[str, np.ndarray] | None = None, attrs: dict | None = None) -> FeedForward:
         """Return the network for use online, with the given normalisation and attributes."""
         matrices = [layer.weight.detach().cpu().numpy().copy() for layer in self.layers]
         biases = [layer.bias.detach().cpu().numpy().copy() for layer in self.layers]
-        return FeedForward(matrices, biases, normalisation, attrs)
+        told = {} if self.activation == "relu" else {"activation": self.activation}
+        return FeedForward(matrices, biases, normalisation, {**(attrs or {}), **told})

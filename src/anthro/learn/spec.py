@@ -6,10 +6,12 @@ from dataclasses import dataclass, field, fields
 
 from anthro.errors import UserError
 from anthro.files import digest, read_json
+from anthro.motor.network import ACTIVATIONS
 
 SCHEDULES = ("constant", "cosine")
-STARTS = ("he", "linear", "retinotopic")
+STARTS = ("he", "linear", "retinotopic", "uniform")
 FIELDS = ("retina", "side", "cones", "neighbours")  # of a retinotopic start
+OPTIMISERS = ("adam", "momentum", "conjugate_gradient")
 COSINE_FLOOR = 0.01
 
 
@@ -26,7 +28,8 @@ class TrainingSpec:
     hidden : tuple of int
         Units of each hidden layer.
     learning_rate : float
-        Adam's step size (Nakada 2018 prints 1e-3 under that name, and a "learning rate" of 1e-6).
+        Adam's step size (Nakada 2018 prints 1e-3 under that name, and a "learning rate" of 1e-6), or the
+        rate of gradient descent with momentum; conjugate gradients search along a line and have none.
     batch_size : int
         Pairs a step.
     epochs : int
@@ -37,9 +40,9 @@ class TrainingSpec:
         Training stops after so many successive epochs without gain.
     schedule : {"constant", "cosine"}
         Constant as in the paper, or falling to 1 % over `epochs` along half a cosine.
-    start : {"he", "linear", "retinotopic"}
-        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear` or
-        :mod:`anthro.learn.retinotopic`.
+    start : {"he", "linear", "retinotopic", "uniform"}
+        Initial weights: He's as in the papers, those of :mod:`anthro.learn.linear` or
+        :mod:`anthro.learn.retinotopic`, or uniform up to the inverse root of a unit's inputs.
     receptive_fields : dict
         Of a retinotopic start: ``retina`` and ``side`` of the eye whose optic nerve vectors are the inputs, ``cones``
         that units listen to, and ``neighbours``, how many receptors lie within a field's width.
@@ -52,6 +55,17 @@ class TrainingSpec:
         Use only so many pairs.
     validation_block : int
         Successive pairs of a shard that go to the same side of the split; 1 splits single pairs.
+    activation : {"relu", "sigmoid"}
+        Of the hidden units.
+    optimiser : {"adam", "momentum", "conjugate_gradient"}
+        What moves the weights: Adam, gradient descent with momentum (Grzeszczuk 1998, Eq. 7 and 8), or
+        conjugate gradients over all pairs at once (Sec. 3.5).
+    momentum : float
+        Share of the last step that the next one keeps.
+    searches : int
+        Line searches of conjugate gradients in an epoch.
+    normalised : bool
+        Whether pairs come with zero mean and unit variance, and are learned as they are; others are refused.
     digest : str
         SHA-256 of the whole spec file, keys unknown here included.
     """
@@ -72,6 +86,11 @@ class TrainingSpec:
     softening: dict[str, float] = field(default_factory=dict)
     samples: int | None = None
     validation_block: int = 1
+    activation: str = "relu"
+    optimiser: str = "adam"
+    momentum: float = 0.9
+    searches: int = 50
+    normalised: bool = False
     digest: str = ""
 
     def rate(self, epoch: int) -> float:
@@ -110,6 +129,11 @@ CHECKS = {
     ),
     "samples": (lambda v: v is None or _positive_int(v), "a positive integer"),
     "validation_block": (_positive_int, "a positive integer"),
+    "activation": (lambda v: v in ACTIVATIONS, f"one of {', '.join(ACTIVATIONS)}"),
+    "optimiser": (lambda v: v in OPTIMISERS, f"one of {', '.join(OPTIMISERS)}"),
+    "momentum": (lambda v: type(v) in (int, float) and 0 <= v < 1, "a share below 1"),
+    "searches": (_positive_int, "a positive integer"),
+    "normalised": (lambda v: type(v) is bool, "true or false"),
 }
 
 
@@ -153,6 +177,6 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
 
 
 OPTIONAL = (
-    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs"),
-    *("softening", "samples", "validation_block"),
+    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs", "softening", "samples", "validation_block"),
+    *("activation", "optimiser", "momentum", "searches", "normalised"),
 )

@@ -1,12 +1,13 @@
 """The one training loop, for every network.
 
 Adam on the mean squared error of normalised labels, early stopping, the best epoch's weights kept
-(Nakada 2018, Sec. 5, footnote 1). Errors in ``loss.csv`` are normalised: inputs and labels are
-standardised with the training side's mean and standard deviation, so that an MSE of 1 is that of
-predicting the mean. The run card gives the MSE in the labels' own units too. ``train_mse`` is the
-mean over the epoch's batches, taken while the weights move; ``validation_mse`` is measured at the
-epoch's end. ``unexplained_variance`` is the validation MSE over the variance of the validation
-labels, both summed over outputs in the labels' own units.
+(Nakada 2018, Sec. 5, footnote 1); a spec may ask for another optimiser (Grzeszczuk 1998, Sec. 3.5).
+
+Errors in ``loss.csv`` are normalised: inputs and labels are standardised with the training side's mean
+and standard deviation, so that an MSE of 1 is that of predicting the mean. The run card gives the MSE in
+the labels' own units too. ``train_mse`` is the mean over the epoch's batches, taken while the weights
+move; ``validation_mse`` is measured at the epoch's end. ``unexplained_variance`` is the validation MSE
+over the variance of the validation labels, both summed over outputs in the labels' own units.
 
 Every random draw comes from a stream named by the seed and the epoch, so that a training that was
 killed and taken up again ends with the same bytes as one that was not (given the same threads and
@@ -29,6 +30,7 @@ from anthro import cli
 from anthro.errors import UserError
 from anthro.files import atomic, canonical, digest
 from anthro.learn import checkpoint
+from anthro.learn.conjugate import search
 from anthro.learn.data import Moments, find_pairs, survey
 from anthro.learn.device import DEVICES, choose_device, repeatable
 from anthro.learn.linear import start_linear
@@ -67,15 +69,18 @@ class Training:
 
     def __init__(self, spec: TrainingSpec, rows: Rows):
         self.spec, self.rows = spec, rows
-        self.network = Network((rows.n_in, *spec.hidden, rows.n_out), stream(spec.seed, "learn/initial"))
+        self.network = Network(
+            (rows.n_in, *spec.hidden, rows.n_out),
+            stream(spec.seed, "learn/initial"),
+            spec.activation,
+            spec.start == "uniform",
+        )
         if spec.start == "linear":
             start_linear(self.network, rows)
         elif spec.start == "retinotopic":
             start_retinotopic(self.network, rows, spec)
         self.network.to(rows.device)
-        self.optimiser = torch.optim.Adam(
-            self.network.parameters(), lr=spec.learning_rate, betas=(0.9, 0.999), fused=True
-        )
+        self.optimiser = self._optimiser()
         labels = Moments()
         for _, y in rows.held_out():
             labels.add(self._physical(y))
@@ -85,6 +90,16 @@ class Training:
         self._activations: Activations | None = None
         if spec.start == "linear":
             self._remember(0, self.validate())
+
+    def _optimiser(self) -> torch.optim.Optimizer | None:
+        """What moves the weights batch by batch; None for conjugate gradients, which take all pairs at once."""
+        parameters, rate = self.network.parameters(), self.spec.learning_rate
+        if self.spec.optimiser == "adam":
+            return torch.optim.Adam(parameters, lr=rate, betas=(0.9, 0.999), fused=True)
+        if self.spec.optimiser == "momentum":
+            return torch.optim.SGD(parameters, lr=rate, momentum=self.spec.momentum, fused=True)
+        self.network.double()
+        return None
 
     @property
     def finished(self) -> bool:
@@ -118,7 +133,12 @@ class Training:
         self.best = {"epoch": epoch, "weights": weights} | scores
 
     def _pass(self, epoch: int, rate: float) -> float:
-        """Take every training pair once, in the epoch's order; return the mean loss."""
+        """Take every training pair once, in the epoch's order; return the mean loss.
+
+        Conjugate gradients take all pairs for each step of each search; theirs is the loss they end with.
+        """
+        if self.optimiser is None:
+            return search(self.network, self.rows, self.spec.searches)
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
@@ -148,7 +168,7 @@ class Training:
         source, after = self._source(len(self.history) + 1)
         squared, squared_physical = np.zeros((2, self.rows.n_out))
         for inputs, outputs in source.held_out():
-            predicted = self.network(inputs, after)
+            predicted = self.network(inputs.to(self.network.layers[0].weight.dtype), after)
             squared += (predicted - outputs).double().square().sum(0).cpu().numpy()
             squared_physical += np.square(self._physical(predicted) - self._physical(outputs)).sum(axis=0)
         mse, mse_physical = squared / self.rows.validation, squared_physical / self.rows.validation
@@ -174,7 +194,7 @@ class Training:
         """Return all that the next epoch depends on."""
         return {
             "network": self.network.state_dict(),
-            "optimiser": self.optimiser.state_dict(),
+            "optimiser": self.optimiser.state_dict() if self.optimiser else {},
             "history": self.history,
             "best": self.best,
         }
@@ -182,12 +202,13 @@ class Training:
     def resume(self, state: dict) -> None:
         """Go back to where `state` was taken."""
         self.network.load_state_dict(state["network"])
-        self.optimiser.load_state_dict(state["optimiser"])
+        if self.optimiser:
+            self.optimiser.load_state_dict(state["optimiser"])
         self.history, self.best = state["history"], state["best"]
 
     def result(self, content: dict) -> FeedForward:
         """Return the best epoch's network; `content` is the whole spec, kept as an attribute."""
-        network = Network(self.network.sizes)
+        network = Network(self.network.sizes, activation=self.network.activation)
         network.load_state_dict(self.best["weights"])
         attrs = {"name": self.spec.name, "spec": canonical(content), "spec_digest": self.spec.digest}
         attrs |= {name: self.best[name] for name in ("epoch", "validation_mse", "unexplained_variance")}

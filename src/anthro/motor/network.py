@@ -6,10 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 from numba import njit
+from scipy.special import expit
 
 from anthro.errors import UserError
 from anthro.files import read_shard, write_shard
 
+ACTIVATIONS = ("relu", "sigmoid")
 NORMALISATION = (
     "input_softening",
     "input_mean",
@@ -91,7 +93,7 @@ def _layer(columns, bias, inputs, rectified, outputs):
 
 
 class FeedForward:
-    """A trained fully-connected network of rectified linear units (Nakada 2018, Sec. 5), ready to predict.
+    """A trained fully-connected network, of rectified linear units (Nakada 2018, Sec. 5) or sigmoids, ready to predict.
 
     Parameters
     ----------
@@ -105,7 +107,8 @@ class FeedForward:
         ``(soften(x) - mean) / scale``, outputs ``harden(y * scale + mean)``. What is not given
         changes nothing.
     attrs : mapping, optional
-        What is known about the network: name, spec, epoch, validation_mse.
+        What is known about the network: name, spec, epoch, validation_mse; ``activation`` of its hidden
+        units, one of `ACTIVATIONS`, "relu" if it is not told.
 
     Raises
     ------
@@ -127,6 +130,7 @@ class FeedForward:
         given = neutral | dict(normalisation or {})
         self.normalisation = {name: np.asarray(given[name], dtype=np.float32) for name in NORMALISATION}
         self.attrs = dict(attrs or {})
+        self.activation = self.attrs.get("activation", "relu")
         self._check()
         self._fold()
 
@@ -134,6 +138,8 @@ class FeedForward:
         return self.sizes[0] if name.startswith("input") else self.sizes[-1]
 
     def _check(self) -> None:
+        if self.activation not in ACTIVATIONS:
+            raise ValueError(f"activation {self.activation!r} is not one of {', '.join(ACTIVATIONS)}")
         for layer, (n_in, n_out) in enumerate(pairwise(self.sizes)):
             if self.matrices[layer].shape != (n_out, n_in) or self.biases[layer].shape != (n_out,):
                 raise ValueError(f"layer {layer} does not fit a layer of {n_in} in, {n_out} out")
@@ -203,17 +209,19 @@ class FeedForward:
         if self._soft.size:
             z[..., self._soft] = np.arcsinh(z[..., self._soft] / self._soft_scale)
         z -= self._mean
-        last = len(self._layers) - 1
+        last, rectified = len(self._layers) - 1, self.activation == "relu"
         if z.ndim == 1:
             for index, (columns, bias, out) in enumerate(self._layers):
-                _layer(columns, bias, z, index < last, out)
+                _layer(columns, bias, z, rectified and index < last, out)
+                if not rectified and index < last:
+                    expit(out, out=out)
                 z = out
             return self._harden(z.copy())
         for index, (columns, bias, _) in enumerate(self._layers):
             z = z @ columns
             z += bias
             if index < last:
-                np.maximum(z, 0.0, out=z)
+                np.maximum(z, 0.0, out=z) if rectified else expit(z, out=z)
         return self._harden(z)
 
     def _harden(self, y: np.ndarray) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Figures of Grzeszczuk, Terzopoulos and Hinton (1998)."""

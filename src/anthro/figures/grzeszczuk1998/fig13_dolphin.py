@@ -1,0 +1,9 @@
+"""Fig. 13d: the dolphin swims, as it learns to, and when it has."""
+
+import sys
+
+from anthro import cli
+from anthro.figures.grzeszczuk1998 import motion
+
+if __name__ == "__main__":
+    sys.exit(cli.run(lambda argv: motion.main("dolphin", argv, __doc__)))

@@ -1,0 +1,33 @@
+"""The dolphin with and without regularisation (Sec. 5.3): how far its springs' strains and its masses stray."""
+
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from anthro import cli
+from anthro.figures import command
+from anthro.figures.grzeszczuk1998.errors import read_errors
+
+NAMES = {"n50": "without", "n50_regularised": "five steps after each super-step"}
+
+
+def draw(run: Path) -> plt.Figure:
+    """Draw both against the super-step."""
+    columns, _ = read_errors(run, "dolphin")
+    figure, (strain, place) = plt.subplots(1, 2, figsize=(7.0, 2.8))
+    for variant, label in NAMES.items():
+        strain.plot(100 * columns[f"{variant}_strain"], label=label)
+        place.plot(np.arange(len(columns[f"{variant}_error"])), columns[f"{variant}_error"], label=label)
+    strain.set_ylabel("RMS error of spring strains (%)")
+    place.set_ylabel("mean absolute error (m, m/s)")
+    for axes in (strain, place):
+        axes.set_xlabel("super-step (0.5 s)")
+        axes.set_ylim(0, None)
+    strain.legend()
+    return figure
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run(lambda argv: command(draw, argv, __doc__)))

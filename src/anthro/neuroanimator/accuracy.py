@@ -1,0 +1,225 @@
+"""How far a plant's emulators stray from it: ``python -m anthro.neuroanimator.accuracy --run DIR --plant NAME``.
+
+After Fig. 12 (Grzeszczuk 1998, Sec. 5.2): the absolute difference between emulated and simulated state, averaged over
+trials and over all state variables, against the physical step. Then, as is usual today, the root mean square error
+after 100, 500 and 1,000 super-steps over the standard deviation of each variable of the plant's own motion. Trials
+start at random and are controlled as is typical; those whose emulator diverges count until they do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from anthro import cli
+from anthro.errors import UserError
+from anthro.neuroanimator.emulator import Diverged, load_emulator
+from anthro.neuroanimator.hierarchy import REGULARISATIONS, load_dolphin
+from anthro.neuroanimator.plants import plant_of
+from anthro.neuroanimator.plants.plant import STEP, Plant
+from anthro.neuroanimator.rows import row, write
+from anthro.neuroanimator.sample import checked
+from anthro.progress import progress
+from anthro.runcard import RunCard
+from anthro.streams import stream
+
+HORIZONS = (100, 500, 1000)  # super-steps
+BOUNDED = 2.0  # the last third's error over the first's that still counts as bounded
+STEADY = 2.0  # the error of N100 over that of N25 that still counts as nearly the same
+
+
+def motions(plant: Plant, steps: int, count: int, trials: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate a plant under typical controls.
+
+    Parameters
+    ----------
+    plant : Plant
+    steps : int
+        Physical steps of a super-step, over which inputs are held.
+    count : int
+        Super-steps.
+    trials, seed : int
+
+    Returns
+    -------
+    states : ndarray, (trials, count + 1, n_state)
+    inputs : ndarray, (trials, count, n_force + n_control)
+
+    Raises
+    ------
+    UserError
+        Naming step and variable, when the simulation diverges.
+    """
+    states = np.empty((trials, count + 1, plant.n_state))
+    inputs = np.empty((trials, count, plant.n_force + plant.n_control))
+    for trial in progress(range(trials), trials, f"{plant.name} trials"):
+        generator = stream(seed, f"neuroanimator/accuracy/{plant.name}/n{steps}", trial)
+        state, pilot = plant.start(generator), plant.typical(generator)
+        states[trial, 0] = state
+        for t in range(count):
+            control, force = pilot.at(t * steps * STEP, state), plant.push(generator)
+            state = checked(plant, plant.step(state, control, force, steps), t * steps * STEP)
+            inputs[trial, t], states[trial, t + 1] = np.concatenate([force, control]), state
+    return states, inputs
+
+
+def emulated(rollout: Callable, states: np.ndarray, inputs: np.ndarray) -> tuple[np.ndarray, int]:
+    """Emulate all trials, (trials, count + 1, n_state), NaN from where one diverges; and how many did."""
+    found, lost = np.full_like(states, np.nan), 0
+    for trial in range(len(states)):
+        try:
+            found[trial] = rollout(states[trial, 0], inputs[trial])
+        except Diverged as error:
+            lost += 1
+            found[trial, : len(error.states)] = error.states
+    return found, lost
+
+
+def curve(error: np.ndarray) -> np.ndarray:
+    """Mean absolute error (count + 1,) over trials, not NaN, and variables of errors (trials, count + 1, n)."""
+    kept = np.isfinite(error).all(axis=2)
+    summed = np.where(kept[:, :, None], np.abs(error), 0.0).mean(axis=2).sum(axis=0)
+    return summed / np.maximum(kept.sum(axis=0), 1)
+
+
+def relative(error: np.ndarray, states: np.ndarray, at: int) -> float:
+    """Root mean square error at a super-step over each variable's deviation, the root of the mean over variables.
+
+    Variables that do not vary are left out; trials that diverged before, too.
+    """
+    deviation = states.std(axis=(0, 1))
+    moving = deviation > 1e-6 * np.abs(states).max()
+    squares = np.square(error[:, at, moving] / deviation[moving])
+    squares = squares[np.isfinite(squares).all(axis=1)]
+    return float(np.sqrt(squares.mean())) if len(squares) else np.nan
+
+
+def strain_error(plant, found: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Root mean square difference of the dolphin's spring strains from the plant's, (count + 1,)."""
+
+    def strain(values):
+        points = values[..., :69].reshape(*values.shape[:-1], 23, 3)
+        return np.linalg.norm(points[..., plant.pairs[:, 1], :] - points[..., plant.pairs[:, 0], :], axis=-1)
+
+    gap = (strain(found) - strain(states)) / plant.lengths
+    return np.sqrt(np.nanmean(np.square(gap), axis=(0, 2)))
+
+
+def variants(run: Path, name: str, steps: int) -> dict[str, Callable]:
+    """Function of state and inputs that emulates, by the variant's name."""
+    if name == "dolphin":
+        dolphin = load_dolphin(run, steps)
+        return {
+            f"n{steps}": dolphin.rollout,
+            f"n{steps}_regularised": lambda state, inputs: dolphin.rollout(state, inputs, REGULARISATIONS),
+        }
+    return {f"n{steps}": load_emulator(run, f"{name}_n{steps}", plant_of(name)).rollout}
+
+
+def measure(run: Path, name: str, super_steps: Sequence[int], trials: int, length: int, horizon: int, seed: int):
+    """Metrics by variant and error curves; `length` in physical steps, `horizon` in super-steps."""
+    plant, metrics, columns = plant_of(name), {}, {}
+    for steps in super_steps:
+        count = max(length // steps, horizon)
+        states, inputs = motions(plant, steps, count, trials, seed)
+        for variant, rollout in variants(run, name, steps).items():
+            found, lost = emulated(rollout, states, inputs)
+            errors, shown = curve(found - states), length // steps
+            third = max(1, shown // 3)
+            told = {
+                "diverged": lost,
+                "mean_error": errors[1 : shown + 1].mean(),
+                "end_error": errors[shown],
+                "growth": errors[shown + 1 - third : shown + 1].mean() / errors[1 : third + 1].mean(),
+                "motion": np.abs(states[:, : shown + 1] - states[:, : shown + 1].mean(axis=(0, 1))).mean(),
+            }
+            for at in HORIZONS:
+                if at <= count:
+                    told[f"relative_{at}"] = relative(found - states, states, at)
+            columns[f"{variant}_step"] = steps * np.arange(shown + 1)
+            columns[f"{variant}_error"] = errors[: shown + 1]
+            if name == "dolphin":
+                strains = strain_error(plant, found, states)
+                told["strain_error_end"] = strains[-1]
+                columns[f"{variant}_strain"] = strains
+            metrics[variant] = {key: float(value) for key, value in told.items()}
+    return metrics, columns
+
+
+def rows_of(name: str, metrics: dict, trials: int, length: int) -> list[dict]:
+    """Scorecard rows of one plant."""
+    rows = []
+    for variant, told in metrics.items():
+        item = f"{name.replace('_', ' ')} {variant.replace('_', ' ')}"
+        rows += [
+            row(
+                item,
+                f"mean absolute error over {length} steps, {trials} trials",
+                told["mean_error"],
+                "SI",
+                source="Fig. 12",
+            ),
+            row(item, "the same over the mean absolute motion", told["mean_error"] / told["motion"], "ratio"),
+            row(
+                item,
+                "error of the last third over the first",
+                told["growth"],
+                "ratio",
+                BOUNDED,
+                "max",
+                "Fig. 12, Sec. 5.2",
+            ),
+            row(item, "trials that diverged", told["diverged"], "1", 0, "max"),
+        ]
+        rows += [
+            row(item, f"relative RMSE after {at} super-steps", told[f"relative_{at}"], "ratio")
+            for at in HORIZONS
+            if f"relative_{at}" in told
+        ]
+        if "strain_error_end" in told:
+            rows.append(
+                row(item, "RMS error of spring strains at the end", told["strain_error_end"], "1", source="Sec. 5.3")
+            )
+    if {"n25", "n100"} <= metrics.keys():
+        ratio = metrics["n100"]["mean_error"] / metrics["n25"]["mean_error"]
+        rows.append(
+            row(name.replace("_", " "), "error of N100 over that of N25", ratio, "ratio", STEADY, "max", "Sec. 5.2")
+        )
+    if {"n50", "n50_regularised"} <= metrics.keys():
+        ratio = metrics["n50_regularised"]["strain_error_end"] / metrics["n50"]["strain_error_end"]
+        rows.append(row(name, "strain error with over without regularisation", ratio, "ratio", 1.0, "max", "Sec. 5.3"))
+    return rows
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Measure one plant's emulators."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--run", required=True, type=Path, metavar="DIR", help="the run's folder, results/<run>")
+    parser.add_argument("--plant", required=True, help="whose emulators")
+    parser.add_argument(
+        "--super-steps", required=True, type=int, nargs="+", help="physical steps of each emulator's step"
+    )
+    parser.add_argument("--trials", type=int, default=30, help="(default 30)")
+    parser.add_argument("--length", type=int, default=6000, help="physical steps of a trial (default 6000)")
+    parser.add_argument("--horizon", type=int, default=1000, help="super-steps of a trial at least (default 1000)")
+    parser.add_argument("--seed", type=int, default=7, help="(default 7)")
+    parser.add_argument(
+        "--out", required=True, type=Path, metavar="DIR", help="for rollout.h5, metrics, rows, run card"
+    )
+    given = parser.parse_args(argv)
+    if min(given.trials, given.length // max(given.super_steps)) < 1:
+        raise UserError("at least one trial of one super-step is wanted")
+    spec = {"plant": given.plant, "trials": given.trials, "length": given.length, "horizon": given.horizon}
+    with RunCard(given.out / "run_card.json", spec, given.seed):
+        found = measure(
+            given.run, given.plant, given.super_steps, given.trials, given.length, given.horizon, given.seed
+        )
+        write(given.out, found[0], rows_of(given.plant, found[0], given.trials, given.length), found[1])
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run(main))
