@@ -61,6 +61,10 @@ class Demo:
         Whether it records a rollout, and not only numbers.
     alone : bool
         Whether it measures time, and so must have the machine to itself.
+    sight : tuple of str
+        Limbs of `LIMBS` whose vision nets lead it; where there are any, the foveation nets do, too.
+    retina : str
+        Whose vision nets they are, "" for the paper's.
     """
 
     module: str
@@ -70,6 +74,8 @@ class Demo:
     options: str = ""
     rollout: bool = True
     alone: bool = False
+    sight: tuple[str, ...] = ()
+    retina: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,6 +108,7 @@ NETS = {
 ABLATIONS = {"shapes": "A.1", "depths": "A.2", "learning_rates": "footnote 1", "core_widths": "Zhou, A"}
 
 SEATED = ("neck_seated", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body nakada2018
+REACHING = ("right_arm", "left_arm", "right_leg", "left_leg")  # of these, those that sight can lead to a place
 WHOLE = ("core", "neck", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body whole_fixed
 
 TIMED = ("right_arm", "right_leg", "neck_seated", "neck", "core")  # on the bodies that they are trained on
@@ -115,6 +122,12 @@ def _both(task: str, limb: str, body: str) -> dict[str, Demo]:
         f"{name}_{inputs}": Demo(f"anthro.demos.{task}", (body,), (limb,), inputs, f"--limb {limb}")
         for inputs in INPUTS
     }
+
+
+def _seeing(task: str, sight: tuple[str, ...], options: str = "", retina: str = "", **details) -> Demo:
+    """One demo of the seated body that is led by what it sees."""
+    module = f"anthro.demos.{task}"
+    return Demo(module, ("nakada2018",), SEATED, options=options, sight=sight, retina=retina, **details)
 
 
 def _one(task: str, limb: str, body: str = "nakada2018", rollout: bool = True) -> Demo:
@@ -143,6 +156,15 @@ DEMOS = {
     "write": Demo("anthro.demos.draw", ("nakada2018",), SEATED, options="--shape writing"),
     "write_reclining": Demo("anthro.demos.reclining", ("nakada2018",), SEATED),
     "supine": Demo("anthro.demos.supine", ("nakada2018",), ("right_arm", "left_arm", "neck_seated")),
+    "perception": _seeing("perception", ("right_arm",)),
+    "perception_no_head": _seeing("perception", ("right_arm",), "--no-head"),
+    "perception_one_eye": _seeing("perception", ("right_arm",), "--one-eye"),
+    "perception_uniform": _seeing("perception", ("right_arm",), "--retina uniform", "uniform"),
+    "cannon": _seeing("cannon", REACHING),
+    "bouncing": _seeing("bouncing", ("right_arm",)),
+    "shaken": _seeing("shaken", REACHING),
+    "gaze": _seeing("gaze", ("right_arm",)),
+    "sight_timing": _seeing("sight_timing", REACHING, rollout=False, alone=True),
     "timing": Demo("anthro.demos.timing", TIMED_ON, TIMED, rollout=False, alone=True),
     "eyes": Demo("anthro.eyes.benchmark", ("nakada2018",), rollout=False, alone=True),
     "solvers": Demo("anthro.motor.compare_solvers", ("right_arm",), rollout=False, alone=True),

@@ -85,6 +85,8 @@ def ablation_shards(wildcards):
 def content_of(wildcards):
     """A spec's content as one line of JSON, which is what decides whether it is written anew."""
     stage, _, name = wildcards.job.partition("/")
+    if stage == "loop":
+        return canonical(settings["loop"])
     if stage == "data":
         return canonical(data_spec(settings, name))
     if stage == "nets":
@@ -105,6 +107,17 @@ def demo_limbs(wildcards):
     unused = set(registry.INPUTS) - {demo.inputs} if demo.inputs else set()
     nets = [net for limb in demo.limbs for name, net in registry.LIMBS[limb].nets.items() if name not in unused]
     return [f"results/{wildcards.run}/{path}" for path in [*specs, *(f"nets/{net}/weights.h5" for net in nets)]]
+
+
+def demo_sight(wildcards):
+    """What a demo that sees reads: the plan of its loop, and the vision nets of its eyes and limbs."""
+    demo = registry.DEMOS[wildcards.demo]
+    if not demo.sight:
+        return []
+    prefix = f"{demo.retina}_" if demo.retina else ""
+    roles = ["foveation", *(f"{limb}_vision" for limb in demo.sight)]
+    nets = [f"nets/{prefix}{role}_{side}/weights.h5" for role in roles for side in ("left", "right")]
+    return [f"results/{wildcards.run}/{path}" for path in ["specs/loop.json", *nets]]
 
 
 def demo_threads(wildcards):

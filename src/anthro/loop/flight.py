@@ -5,7 +5,8 @@ information matrix and vector: a place z seen at t adds  H^T W (z - g (t - t0)^2
 inverse covariance of the look. Gravity g is known. Directions are seen better than distances, and distances the worse
 the farther the ball is from the limb, so W depends on both.
 
-Looks that are too far from the flight, several in a row, tell of a bounce: the fit begins anew from these looks.
+Looks that are too far from the flight, several in a row, tell of a bounce: the fit begins anew from these looks. All
+that is assumed of it beforehand is that it turns falling into rising; where and how steep the surface is stays unknown.
 """
 
 from __future__ import annotations
@@ -40,13 +41,25 @@ class Flight:
         """Nothing was seen."""
         self.bounces = 0
         self._strange: list = []
-        self._begin()
+        self._begin(np.zeros(3), self.plan.speed_sd)
 
-    def _begin(self) -> None:
+    def _begin(self, velocity: np.ndarray, spread: float) -> None:
+        """Begin anew with a velocity (3,) m/s that is known to within a standard deviation, m/s."""
         self._start: float | None = None
-        self._information = np.diag([FAR**-2] * 3 + [self.plan.speed_sd**-2] * 3)
-        self._vector = np.zeros(6)
+        certainty = np.array([FAR**-2] * 3 + [spread**-2] * 3)
+        self._information = np.diag(certainty)
+        self._vector = certainty * np.concatenate([np.zeros(3), velocity])
         self._solved: tuple | None = None
+
+    def _bounce(self) -> None:
+        """Begin anew from the strange looks."""
+        looks, self._strange = self._strange, []
+        before = self._state[0][SPEED] + (looks[0][0] - self._start) * GRAVITY
+        self.bounces += 1
+        rebound = self.plan.rebound * abs(before[2])
+        self._begin(np.array([before[0], before[1], rebound]), self.plan.rebound_sd)
+        for look in looks:
+            self._add(*look)
 
     @property
     def known(self) -> bool:
@@ -58,11 +71,7 @@ class Flight:
         if self.known and self._is_strange(time, place, spread):
             self._strange.append((time, place, spread))
             if len(self._strange) >= self.plan.bounce_looks:
-                looks, self._strange = self._strange, []
-                self.bounces += 1
-                self._begin()
-                for look in looks:
-                    self._add(*look)
+                self._bounce()
             return
         for look in self._strange:  # they were outliers, not a bounce
             self._add(*look)
@@ -72,7 +81,7 @@ class Flight:
     def _is_strange(self, time: float, place: np.ndarray, spread: np.ndarray) -> bool:
         expected, doubt = self.at(time)
         gap = place - expected
-        return gap @ np.linalg.solve(doubt + spread, gap) > 3 * self.plan.bounce_sd**2
+        return gap @ np.linalg.solve(doubt + spread, gap) > self.plan.bounce_sd**2
 
     def _add(self, time: float, place: np.ndarray, spread: np.ndarray) -> None:
         if self._start is None:

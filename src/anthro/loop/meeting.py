@@ -18,8 +18,8 @@ class Meeting:
     """Leads an effector to where it can meet the ball that is seen.
 
     Of the instants at which the expected flight passes within reach, that one is taken for which the effector has to
-    move least fast. Where the flight does not come near, or is not known well yet, the limb is made ready: its effector
-    goes to the reached place nearest to the ball (Nakada 2018, Sec. 8.4: preparatory movements).
+    move least fast. Where the flight does not come within reach, the limb is made ready: its effector goes to the
+    reached place nearest to the flight (Nakada 2018, Sec. 8.4: preparatory movements).
 
     Parameters
     ----------
@@ -49,18 +49,11 @@ class Meeting:
         return self._goal
 
     def _meet(self, now: float, effector: np.ndarray) -> np.ndarray:
-        plan = self.plan
-        times = now + np.linspace(SOONEST, plan.ahead, INSTANTS)
+        times = now + np.linspace(SOONEST, self.plan.ahead, INSTANTS)
         path = self.flight.path(times)
         gap, nearest = self._tree.query(path)
         within = np.flatnonzero(gap <= SPACING)
         if len(within):
             speed = np.linalg.norm(path[within] - effector, axis=1) / (times[within] - now)
-            best = within[np.argmin(speed)]
-            place = path[best]
-        else:
-            best = int(np.argmin(gap))
-            place = self._places[nearest[best]]
-        if gap[best] <= plan.near and np.sqrt(np.linalg.eigvalsh(self.flight.at(times[best])[1])[-1]) <= plan.sure:
-            return place
-        return self._places[self._tree.query(self.estimate)[1]]
+            return path[within[np.argmin(speed)]]
+        return self._places[nearest[np.argmin(gap)]]

@@ -31,9 +31,9 @@ class Percept:
     ----------
     time : s.
     nerve : (2, n) uint8, optic nerve vectors of the left and the right eye.
-    discrepancy : (2, 2) rad, what the foveation DNNs say; NaN where there is no target, or of an eye that is shut.
+    discrepancy : (2, 2) rad, what the foveation DNNs say; NaN of an eye that sees no target.
     directions : (2, 3) unit, from each eye to the target, in the world; None where there is no target.
-    origin : (3,) m, between the eyes that look.
+    origin : (3,) m, between the eyes that see it.
     offsets : by limb (3,) m, from its effector to the target, in the world; of limbs that were asked for.
     """
 
@@ -65,7 +65,7 @@ class Onlooker:
     eyes : Eyes
     vision : Vision
     receptors : int
-        The fewest of each eye that tell of a target.
+        The fewest by which an eye tells of a target; an eye without goes where the other one looks.
     foveated : float
         Angle from the gaze, rad, up to which limb vision is asked.
     open_eyes : sequence of int
@@ -80,13 +80,15 @@ class Onlooker:
 
     def look(self, data: mujoco.MjData, time: float, limbs: Sequence[str]) -> Percept:
         """See, and have the DNNs answer, at a time, s, for some limbs."""
-        eyes, looking = self.eyes, self._open
+        eyes = self.eyes
         nerve = as_bytes(eyes.see(data))
         rotation, position = eyes.head(data)
-        origin = position + rotation @ np.mean([eyes.eyes[k].centre for k in looking], axis=0)
+        red = red_receptors(nerve)
+        looking = [k for k in self._open if red[k] >= self._receptors]
         discrepancy = np.full((2, 2), np.nan)
-        if red_receptors(nerve)[looking].min() < self._receptors:
-            return Percept(time, nerve, discrepancy, None, origin)
+        if not looking:
+            return Percept(time, nerve, discrepancy, None, position)
+        origin = position + rotation @ np.mean([eyes.eyes[k].centre for k in looking], axis=0)
         discrepancy[looking] = self.vision.discrepancy(nerve)[looking]
         turns = [rotation @ eye.rotation(pair) for eye, pair in zip(eyes.eyes, eyes.angles, strict=True)]
         seen = np.array([turns[k] @ _ahead(*discrepancy[k]) for k in looking])

@@ -35,7 +35,7 @@ class ReachPlan:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """How well a ball is seen, degrees, m and shares; m/s of its speed at first; what tells of a bounce."""
+    """How well a ball is seen, degrees, m and shares; how fast it may fly, m/s; what a bounce is told by, and does."""
 
     direction_sd_deg: float
     near_sd: float
@@ -43,15 +43,15 @@ class FlightPlan:
     speed_sd: float
     bounce_sd: float
     bounce_looks: int
+    rebound: float
+    rebound_sd: float
 
 
 @dataclass(frozen=True)
 class MeetingPlan:
-    """How far ahead meetings are looked for, s; how sure of the place, m; how near to the limb's reach, m."""
+    """How far ahead meetings are looked for, s."""
 
     ahead: float
-    sure: float
-    near: float
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class LoopPlan:
     Attributes
     ----------
     sight_steps, control_steps : from one look to the next, from one activation to the next.
-    red_receptors : of each eye, the fewest that tell of a target.
+    red_receptors : of an eye, the fewest that tell of a target.
     foveated_deg : the target's angle from the gaze up to which limb vision is heeded.
     gaze, head, reach, flight, meeting : see the classes.
     """
