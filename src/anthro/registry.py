@@ -61,8 +61,8 @@ class Demo:
         Whether it records a rollout, and not only numbers.
     alone : bool
         Whether it measures time, and so must have the machine to itself.
-    sight : tuple of str
-        Limbs of `LIMBS` whose vision nets lead it; where there are any, the foveation nets do, too.
+    sight : tuple of str, optional
+        Limbs of `LIMBS` whose vision nets lead it, beside the foveation nets; None for a demo that does not see.
     retina : str
         Whose vision nets they are, "" for the paper's.
     """
@@ -74,7 +74,7 @@ class Demo:
     options: str = ""
     rollout: bool = True
     alone: bool = False
-    sight: tuple[str, ...] = ()
+    sight: tuple[str, ...] | None = None
     retina: str = ""
 
 
@@ -163,7 +163,7 @@ DEMOS = {
     "cannon": _seeing("cannon", REACHING),
     "bouncing": _seeing("bouncing", ("right_arm",)),
     "shaken": _seeing("shaken", REACHING),
-    "gaze": _seeing("gaze", ("right_arm",)),
+    "gaze": _seeing("gaze", ()),
     "sight_timing": _seeing("sight_timing", REACHING, rollout=False, alone=True),
     "timing": Demo("anthro.demos.timing", TIMED_ON, TIMED, rollout=False, alone=True),
     "eyes": Demo("anthro.eyes.benchmark", ("nakada2018",), rollout=False, alone=True),

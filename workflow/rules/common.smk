@@ -112,7 +112,7 @@ def demo_limbs(wildcards):
 def demo_sight(wildcards):
     """What a demo that sees reads: the plan of its loop, and the vision nets of its eyes and limbs."""
     demo = registry.DEMOS[wildcards.demo]
-    if not demo.sight:
+    if demo.sight is None:
         return []
     prefix = f"{demo.retina}_" if demo.retina else ""
     roles = ["foveation", *(f"{limb}_vision" for limb in demo.sight)]

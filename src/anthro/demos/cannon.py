@@ -18,11 +18,11 @@ from anthro.demos.sighted import RECORDED, Setting, Sighted, SightRecorder, open
 from anthro.demos.task import arguments, card_of, rows_of
 from anthro.errors import UserError
 from anthro.progress import progress
+from anthro.registry import REACHING as LIMBS
 from anthro.streams import stream
 from anthro.world.cannon import Cannon, Shot
 from anthro.world.reach import Reach
 
-LIMBS = ("right_arm", "left_arm", "right_leg", "left_leg")
 AFTER_SECONDS = 0.4  # after the ball was to arrive, and after it was touched
 BAR = 0.7
 

@@ -12,12 +12,13 @@ import sys
 import numpy as np
 
 from anthro import cli
-from anthro.demos.cannon import LIMBS, Outcome, shoot, shots, summary
+from anthro.demos.cannon import Outcome, shoot, shots, summary
 from anthro.demos.session import finish
 from anthro.demos.sighted import RECORDED, Setting, Sighted, SightRecorder, opened
 from anthro.demos.task import arguments, card_of, rows_of
 from anthro.errors import UserError
 from anthro.progress import progress
+from anthro.registry import REACHING as LIMBS
 from anthro.world.cannon import Shot
 from anthro.world.stool import EASE_SECONDS, HORIZONTAL, PAPER, VERTICAL, Shaking, Stool
 

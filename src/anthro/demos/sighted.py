@@ -35,6 +35,7 @@ BODY, NECK = "nakada2018", "neck_seated"
 QUIET_SECONDS = 0.8  # before the first trial: slack limbs take up their posture
 PAUSE = 0.1  # s of the record's time between two trials
 RECORDED, RECORDED_EVERY = 4, 4  # trials in the rollout, and steps from one of its rows to the next
+FASTEST = 500.0  # rad/s, of a joint: beyond, a simulation has diverged, though its numbers may still be finite
 AWAY = (-100.0, 0.0, 0.0)  # m, where a ball is shown that is not in play: behind the body
 
 
@@ -125,6 +126,11 @@ class Sighted:
         move : where the ball is (3,) m at a time in s from now on, for one that is carried and meets nothing.
         before : as in :meth:`anthro.loop.cycle.Cycle.step`.
         until : asked after each step whether that is all.
+
+        Raises
+        ------
+        UserError
+            The simulation diverges.
         """
         simulator = self.simulator
         begun = simulator.time
@@ -134,6 +140,11 @@ class Sighted:
             place = self.balls.position[0]
             self._shown.place(place if np.isfinite(place[0]) else AWAY)
             self.cycle.step(before)
+            fastest = np.abs(simulator.qvel).max()
+            if not fastest < FASTEST:
+                raise UserError(
+                    f"simulation diverges at {simulator.time - begun:.3f} s: a joint turns at {fastest:.3g} rad/s"
+                )
             if self.recorder:
                 self.recorder.take()
             self.balls.follow()
