@@ -73,7 +73,7 @@ def distances(rollout: Rollout) -> np.ndarray:
 
 
 def reaching(rollout: Rollout, trial: np.ndarray) -> tuple[int, np.ndarray]:
-    """Which limb comes nearest to a ball in a trial (k,), and its distances (k,), m, from it; UserError without a ball."""
+    """Which limb comes nearest to a ball in a trial (k,), and its distances (k,), m, from it; UserError without one."""
     apart = np.nan_to_num(distances(rollout)[trial], nan=np.inf)
     limb = int(np.argmin(apart.min(axis=0)))
     if not np.isfinite(apart[:, limb]).any():

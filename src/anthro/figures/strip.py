@@ -58,7 +58,7 @@ def frames(
     columns: int = len(LETTERS),
     clock: Sequence[float] | None = None,
 ) -> np.ndarray:
-    """The same of a rollout already read, at most `columns` side by side; `clock` (n,), s, is told instead of `times`."""
+    """The same of a rollout already read, so many columns side by side; `clock` (n,), s, is told instead of times."""
     label = round(LABEL_SHARE * height)
     stage = Stage(rollout)
     camera, studio = stage.shot(width, height - label, azimuth, key_rays=9)
