@@ -17,10 +17,10 @@ from anthro.world.surfaces import Slope
 
 SCLERA, IRIS, GAZE_COLOUR, SLOPE_COLOUR = "#FFFFFF", "#2B3A55", "#D0021B", "#9CB4C4"
 IRIS_RADIUS, IRIS_FORWARD = 0.0068, 0.0068  # m: what stands out of the eye's ball is 11 mm wide
-GAZE_RADIUS = 0.0022  # m
+GAZE_RADIUS = 0.004  # m
 GAZE_LENGTH = 1.0  # m, where there is no ball
 SLOPE_THICKNESS, SLOPE_EDGE = 0.024, 0.006  # m
-NEAR = 1.2  # m from the root bone: a ball's course within it is framed
+NEAR = 1.5  # m from the root bone: a ball's course within it is framed
 
 
 class Sights:
