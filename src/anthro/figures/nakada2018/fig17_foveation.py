@@ -26,29 +26,24 @@ def instants(error: np.ndarray, time: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     error, time : ndarray (k,)
-        Angle between ball and gaze, rad, and time, s.
+        Angle between ball and gaze, rad, NaN without a ball, and time, s.
 
     Returns
     -------
     ndarray (4,)
-        Indices; the second and the third may be the same.
+        Indices, none before the one ahead of it; a ball that is never foveated is shown where it is nearest.
 
     Raises
     ------
     UserError
-        The ball is never seen, or there is no time between.
+        There is no ball.
     """
     if not np.isfinite(error).any():
         raise UserError(f"demo {DEMO}: no ball in the trial")
     appears = first(np.isfinite(error), 0)
-    # What never comes near enough is told by where it comes nearest.
-    there = appears + first(error[appears:] < max(FOVEA, np.nanmin(error)) + 1e-9, 0)
-    later = first(time >= time[there] + LATER, len(time) - 1)
-    if not appears < there < later:
-        raise UserError(f"demo {DEMO}: the gaze does not move towards the ball and stay there")
-    between = np.arange(appears + 1, max(there, appears + 2))
-    half_way = between[np.argmin(np.abs(error[between] - error[appears] / 2))]
-    return np.array([appears, half_way, there, later])
+    there = first(error < FOVEA, int(np.nanargmin(error)))
+    half_way = appears + first(error[appears:there] < error[appears] / 2, there - appears)
+    return np.array([appears, half_way, there, first(time >= time[there] + LATER, len(time) - 1)])
 
 
 def draw(run: Path) -> plt.Figure:
