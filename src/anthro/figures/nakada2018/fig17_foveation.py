@@ -16,6 +16,7 @@ from anthro.figures.strip import LETTERS
 
 DEMO = "perception"
 LEFT = 0
+UNDER_WAY = 0.7  # of the first angle: from here on the ball comes nearer
 LATER = 0.4  # s, from the foveation to the last picture
 SIZE = (7.0, 3.7)
 
@@ -42,8 +43,8 @@ def instants(error: np.ndarray, time: np.ndarray) -> np.ndarray:
         raise UserError(f"demo {DEMO}: no ball in the trial")
     appears = first(np.isfinite(error), 0)
     there = first(error < FOVEA, int(np.nanargmin(error)))
-    half_way = appears + first(error[appears:there] < error[appears] / 2, there - appears)
-    return np.array([appears, half_way, there, first(time >= time[there] + LATER, len(time) - 1)])
+    coming = appears + first(error[appears:there] < UNDER_WAY * error[appears], there - appears)
+    return np.array([appears, coming, there, first(time >= time[there] + LATER, len(time) - 1)])
 
 
 def draw(run: Path) -> plt.Figure:

@@ -13,10 +13,9 @@ from anthro.eyes.eye import SIDES
 from anthro.eyes.layout import layout
 from anthro.eyes.saliency import saliency
 from anthro.figures.retina import spots
-from anthro.files import read_shard
+from anthro.files import read_json, read_shard
 from anthro.motor.network import FeedForward
 
-SEED = 7  # the usual one of a run
 PAIRS = 128  # of the data set, over which is averaged
 COLUMNS = {  # a data set, the nets that learn from it but for their side, and how a panel is called
     "eyes_foveation": ("foveation", "foveation"),
@@ -38,17 +37,18 @@ def draw(run: Path) -> plt.Figure:
     UserError
         The run lacks a network or pairs of its data.
     """
-    found = {name: _values(Path(run), name, net) for name, (net, _) in COLUMNS.items()}
+    spec = read_json(Path(run) / "specs" / "data" / "eyes_foveation.json")
+    receptors = [layout(spec["retina"], side, spec["seed"]) for side in SIDES]
+    found = {name: _values(Path(run), name, net, receptors[0].count) for name, (net, _) in COLUMNS.items()}
     figure, axes = plt.subplots(2, len(COLUMNS), figsize=SIZE)
     for kind, (_, unit) in UNITS.items():
         chosen = [name for name in COLUMNS if name.endswith(kind)]
         norm = LogNorm(*np.percentile([found[name] for name in chosen], SHOWN), clip=True)
         columns = [list(COLUMNS).index(name) for name in chosen]
         for column, name in zip(columns, chosen, strict=True):
-            for row, side in enumerate(SIDES):
-                title = "" if row else COLUMNS[name][1]
-                receptors, inches = layout("log_polar", side, SEED), SIZE[0] / len(COLUMNS)
-                dots = spots(axes[row, column], receptors, found[name][row], title, inches, cmap="inferno", norm=norm)
+            for row, eye in enumerate(receptors):
+                title, inches = "" if row else COLUMNS[name][1], SIZE[0] / len(COLUMNS)
+                dots = spots(axes[row, column], eye, found[name][row], title, inches, cmap="inferno", norm=norm)
         bar = figure.colorbar(dots, ax=axes[:, columns], location="bottom", shrink=0.9 / len(columns) ** 0.5, aspect=20)
         figures.log_ticks(bar.ax.xaxis)
         bar.set_label(f"{unit} a receptor")
@@ -58,7 +58,7 @@ def draw(run: Path) -> plt.Figure:
     return figure
 
 
-def _values(run: Path, name: str, net: str) -> np.ndarray:
+def _values(run: Path, name: str, net: str, receptors: int) -> np.ndarray:
     """Saliency (2, receptors), deg or cm, of the left and the right eye's net, over pairs spread over a shard."""
     stored, _ = read_shard(run / "data" / name / "shard0000.h5", SIDES)
     scale, _ = UNITS["foveation" if net == "foveation" else "vision"]
@@ -66,7 +66,7 @@ def _values(run: Path, name: str, net: str) -> np.ndarray:
     for side in SIDES:
         network = FeedForward.load(run / "nets" / f"{net}_{side}" / "weights.h5")
         vectors = stored[side][:: max(1, len(stored[side]) // PAIRS)][:PAIRS]
-        values.append(scale * saliency(network, vectors, layout("log_polar", side, SEED).count))
+        values.append(scale * saliency(network, vectors, receptors))
     return np.array(values)
 
 
