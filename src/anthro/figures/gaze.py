@@ -103,3 +103,8 @@ def approach(distance: np.ndarray, shares: Sequence[float]) -> np.ndarray:
 def first(condition: np.ndarray, otherwise: int) -> int:
     """Index of the first instant (k,) that meets a condition."""
     return int(np.argmax(condition)) if condition.any() else otherwise
+
+
+def after(time: np.ndarray, index: int, seconds: float) -> int:
+    """Index of the first of times (k,), s, that comes so long after that of an index; the last one if none does."""
+    return first(time >= time[index] + seconds, len(time) - 1)

@@ -41,8 +41,3 @@ def sequence(rollout: Rollout, shown: Sequence[tuple[np.ndarray, np.ndarray]], c
     axes.imshow(image, interpolation="none", aspect="auto")
     axes.set_axis_off()
     return figure
-
-
-def after(time: np.ndarray, index: int, seconds: float) -> int:
-    """Index of the first of times (k,), s, that comes so long after that of an index; the last one if none does."""
-    return min(int(np.searchsorted(time, time[index] + seconds)), len(time) - 1)

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from anthro.eyes.eye import RADIUS, SIDES, Eye
+from anthro.eyes.vision import BALL_RADIUS, RED
 from anthro.render.mesh import Mesh, linear_rgb, move, tubes
 from anthro.render.parts import Ball, Part
 from anthro.render.rollout import Rollout
@@ -20,7 +21,7 @@ IRIS_RADIUS, IRIS_FORWARD = 0.0068, 0.0068  # m: what stands out of the eye's ba
 GAZE_RADIUS = 0.004  # m
 GAZE_LENGTH = 1.0  # m, where there is no ball
 SLOPE_THICKNESS, SLOPE_EDGE = 0.024, 0.006  # m
-NEAR = 1.5  # m from the root bone: a ball's course within it is framed
+NEAR = 1.35  # m from the root bone: a ball's course within it is framed
 
 
 class Sights:
@@ -38,7 +39,7 @@ class Sights:
         self._sees = "eyes" in rollout.others
         self._site = rollout.body.effector("head") if self._sees else -1
         self._path = np.asarray(rollout.others.get("ball", np.empty((len(rollout.time), 0, 3))), float)
-        radius, colour = float(attrs.get("ball_radius", 0.0)), str(attrs.get("ball_colour", SCLERA))
+        radius, colour = float(attrs.get("ball_radius", BALL_RADIUS)), str(attrs.get("ball_colour", RED))
         self._balls = [Ball(radius, colour) for _ in range(self._path.shape[1])]
         self.slopes = [Slope(**told) for told in json.loads(attrs.get("slopes", "[]"))]
         self._slopes = [Part(slope_mesh(slope)) for slope in self.slopes]

@@ -10,7 +10,7 @@ import numpy as np
 from anthro import cli, figures
 from anthro.errors import UserError
 from anthro.eyes.sight import as_floats
-from anthro.figures.gaze import FOVEA, first, gaze_error, read, retinas, trials
+from anthro.figures.gaze import FOVEA, after, first, gaze_error, read, retinas, trials
 from anthro.figures.retina import percept
 from anthro.figures.strip import LETTERS
 
@@ -44,7 +44,7 @@ def instants(error: np.ndarray, time: np.ndarray) -> np.ndarray:
     appears = first(np.isfinite(error), 0)
     there = first(error < FOVEA, int(np.nanargmin(error)))
     coming = appears + first(error[appears:there] < UNDER_WAY * error[appears], there - appears)
-    return np.array([appears, coming, there, first(time >= time[there] + LATER, len(time) - 1)])
+    return np.array([appears, coming, there, after(time, there, LATER)])
 
 
 def draw(run: Path) -> plt.Figure:

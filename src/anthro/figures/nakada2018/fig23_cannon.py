@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from anthro import cli, figures
-from anthro.figures.gaze import approach, reaching, read, trials
-from anthro.figures.sequence import after, sequence
+from anthro.figures.gaze import after, approach, reaching, read, trials
+from anthro.figures.sequence import sequence
 from anthro.render.rollout import Rollout
 
 DEMO = "cannon"

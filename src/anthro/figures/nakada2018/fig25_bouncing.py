@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from anthro import cli, figures
-from anthro.figures.gaze import first, reaching, read, trials
-from anthro.figures.sequence import after, sequence
+from anthro.figures.gaze import after, first, reaching, read, trials
+from anthro.figures.sequence import sequence
 
 DEMO = "bouncing"
 BEFORE = 7  # frames until the arm is nearest to the ball, evenly in time
