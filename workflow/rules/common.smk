@@ -142,7 +142,9 @@ def needs_of(figure):
     files = []
     for need in figure_told(figure)["needs"]:
         stage, _, name = need.partition("/")
-        if stage == "body":
+        if "." in name:
+            files += [f"results/{{run}}/{need}"]
+        elif stage == "body":
             files += body_of(name)
         elif stage == "nets":
             files += rounds_files(MIRRORED.get(name, name), "loss.csv")
