@@ -114,10 +114,11 @@ def summary(outcomes: list[Outcome], prefix: str = "") -> dict:
     touched = np.array([one.touched for one in outcomes])
     turned = [one.turned for one in outcomes if one.touched and np.isfinite(one.turned)]
     errors = [one.aim_error for one in outcomes if np.isfinite(one.aim_error)]
+    nearest = [one.nearest for one in outcomes if np.isfinite(one.nearest)]
     found = {
         "touched": float(touched.mean()),
         "touched_first": float(np.mean([one.first for one in outcomes])),
-        "median_nearest_m": float(np.median([one.nearest for one in outcomes])),
+        "median_nearest_m": float(np.median(nearest)) if nearest else None,
         "median_aim_error_m": float(np.median(errors)) if errors else None,
         "median_deflection_deg": float(np.rad2deg(np.median(turned))) if turned else None,
     }

@@ -145,9 +145,9 @@ class Sighted:
                 raise UserError(
                     f"simulation diverges at {simulator.time - begun:.3f} s: a joint turns at {fastest:.3g} rad/s"
                 )
+            self.balls.follow()
             if self.recorder:
                 self.recorder.take()
-            self.balls.follow()
             if until and until():
                 return
 
