@@ -11,6 +11,7 @@ from anthro import cli
 from anthro.demos import bouncing, cannon, gaze, perception, shaken, sight_timing
 from anthro.demos.sighted import Setting, opened
 from anthro.errors import UserError
+from anthro.eyes import scene
 from anthro.eyes.eye import SIDES
 from anthro.files import read_json, read_shard, write_json
 from anthro.motor.network import FeedForward
@@ -28,6 +29,20 @@ def tiny_vision(outputs, seed, scale):
     rng = np.random.default_rng(seed)
     matrices = [rng.normal(0.0, 1e-3, (4, WIDTH)), rng.normal(0.0, scale, (outputs, 4))]
     return FeedForward(matrices, [np.zeros(4), np.zeros(outputs)])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def flesh_once():
+    """The limbs' flesh is the same for all: it is made once."""
+    with pytest.MonkeyPatch.context() as patch:
+        known, make = [], scene.flesh
+
+        def once(*arguments):
+            known[:] = known or [make(*arguments)]
+            return known[0]
+
+        patch.setattr(scene, "flesh", once)
+        yield
 
 
 @pytest.fixture
