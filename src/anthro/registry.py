@@ -61,6 +61,10 @@ class Demo:
         Whether it records a rollout, and not only numbers.
     alone : bool
         Whether it measures time, and so must have the machine to itself.
+    sight : tuple of str, optional
+        Limbs of `LIMBS` whose vision nets lead it, beside the foveation nets; None for a demo that does not see.
+    retina : str
+        Whose vision nets they are, "" for the paper's.
     """
 
     module: str
@@ -70,6 +74,8 @@ class Demo:
     options: str = ""
     rollout: bool = True
     alone: bool = False
+    sight: tuple[str, ...] | None = None
+    retina: str = ""
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,7 @@ NETS |= {
 ABLATIONS = {"shapes": "A.1", "depths": "A.2", "learning_rates": "footnote 1", "core_widths": "Zhou, A"}
 
 SEATED = ("neck_seated", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body nakada2018
+REACHING = ("right_arm", "left_arm", "right_leg", "left_leg")  # of these, those that sight can lead to a place
 WHOLE = ("core", "neck", "right_arm", "left_arm", "right_leg", "left_leg")  # limbs of the body whole_fixed
 
 TIMED = ("right_arm", "right_leg", "neck_seated", "neck", "core")  # on the bodies that they are trained on
@@ -146,6 +153,12 @@ def _both(task: str, limb: str, body: str) -> dict[str, Demo]:
         f"{name}_{inputs}": Demo(f"anthro.demos.{task}", (body,), (limb,), inputs, f"--limb {limb}")
         for inputs in INPUTS
     }
+
+
+def _seeing(task: str, sight: tuple[str, ...], options: str = "", retina: str = "", **details) -> Demo:
+    """One demo of the seated body that is led by what it sees."""
+    module = f"anthro.demos.{task}"
+    return Demo(module, ("nakada2018",), SEATED, options=options, sight=sight, retina=retina, **details)
 
 
 def _one(task: str, limb: str, body: str = "nakada2018", rollout: bool = True) -> Demo:
@@ -174,6 +187,15 @@ DEMOS = {
     "write": Demo("anthro.demos.draw", ("nakada2018",), SEATED, options="--shape writing"),
     "write_reclining": Demo("anthro.demos.reclining", ("nakada2018",), SEATED),
     "supine": Demo("anthro.demos.supine", ("nakada2018",), ("right_arm", "left_arm", "neck_seated")),
+    "perception": _seeing("perception", ("right_arm",)),
+    "perception_no_head": _seeing("perception", ("right_arm",), "--no-head"),
+    "perception_one_eye": _seeing("perception", ("right_arm",), "--one-eye"),
+    "perception_uniform": _seeing("perception", ("right_arm",), "--retina uniform", "uniform"),
+    "cannon": _seeing("cannon", REACHING),
+    "bouncing": _seeing("bouncing", ("right_arm",)),
+    "shaken": _seeing("shaken", REACHING),
+    "gaze": _seeing("gaze", ()),
+    "sight_timing": _seeing("sight_timing", REACHING, rollout=False, alone=True),
     "timing": Demo("anthro.demos.timing", TIMED_ON, TIMED, rollout=False, alone=True),
     "eyes": Demo("anthro.eyes.benchmark", ("nakada2018",), rollout=False, alone=True),
     "solvers": Demo("anthro.motor.compare_solvers", ("right_arm",), rollout=False, alone=True),
@@ -212,10 +234,19 @@ FIGURES = {
     "fig13_reflex_training": Figure("nakada2018"),
     "fig14_sight": Figure("nakada2018"),
     "fig15_retina": Figure("nakada2018"),
+    "fig16_vision_training": Figure("nakada2018"),
+    "fig17_foveation": Figure("nakada2018"),
+    "fig18_limb_sight": Figure("nakada2018"),
     "fig20_neck_on_off": Figure("nakada2018"),
     "fig20_neck_on_off_video": Figure("nakada2018", "mp4"),
     "fig21_arm_on_off": Figure("nakada2018"),
     "fig21_arm_on_off_video": Figure("nakada2018", "mp4"),
+    "fig22_perception": Figure("nakada2018"),
+    "fig22_perception_video": Figure("nakada2018", "mp4"),
+    "fig23_cannon": Figure("nakada2018"),
+    "fig23_cannon_video": Figure("nakada2018", "mp4"),
+    "fig25_bouncing": Figure("nakada2018"),
+    "fig25_bouncing_video": Figure("nakada2018", "mp4"),
     "fig26_drawing": Figure("nakada2018"),
     "fig26_butterfly_video": Figure("nakada2018", "mp4"),
     "fig26_writing_video": Figure("nakada2018", "mp4"),
@@ -225,6 +256,9 @@ FIGURES = {
     "fig29_ablation_time": Figure("nakada2018"),
     "learning_rates": Figure("nakada2018"),
     "reach_error": Figure("nakada2018"),
+    "saliency": Figure("nakada2018"),
+    "sight_ablations": Figure("nakada2018"),
+    "vision_error": Figure("nakada2018"),
     "weakness": Figure("nakada2018"),
     "timing": Figure("nakada2018"),
     "solver_comparison": Figure("nakada2018"),

@@ -25,6 +25,7 @@ MODEL = """
           <joint name="C1_axial" axis="0 0 1"/>
           <geom type="mesh" mesh="box" pos="0 0 .35" mass="1"/>
           <site name="occiput" pos="-.05 0 .1"/>
+          <site name="effector_head" pos="0 0 .2"/>
         </body>
         <body name="humerus_l" pos="0 .2 0">
           <joint name="shoulder_flexion_l" axis="0 -1 0"/>
@@ -68,7 +69,7 @@ def write_body(run, name="nakada2018", free=False):
         (folder / f"{table}.csv").write_text(text)
 
 
-def record(run, demo="on_off", body="nakada2018", limbs="left_arm", props="", **changes):
+def record(run, demo="on_off", body="nakada2018", limbs="left_arm", props="", attrs=None, **changes):
     """Write a rollout of 12 s: on, off from 3 to 7 s, on; columns may be changed, added or, by None, left out."""
     time = np.arange(INSTANTS) * 0.1
     on = (time < 3) | (time >= 7)
@@ -87,8 +88,8 @@ def record(run, demo="on_off", body="nakada2018", limbs="left_arm", props="", **
     }
     columns.update(changes)
     columns = {name: values for name, values in columns.items() if values is not None}
-    attrs = {"body": body, "limbs": limbs, "props": props, "seed": 7, "step_seconds": 0.1}
-    write_shard(run / "demos" / demo / "rollout.h5", columns, attrs)
+    told = {"body": body, "limbs": limbs, "props": props, "seed": 7, "step_seconds": 0.1} | (attrs or {})
+    write_shard(run / "demos" / demo / "rollout.h5", columns, told)
 
 
 def turned(axis, degrees):

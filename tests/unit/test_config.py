@@ -57,6 +57,18 @@ def test_paper_scale_has_the_papers_sizes():
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
     [
+        (
+            "config/loop.yaml",
+            "sight_steps:",
+            "site_steps:",
+            "config/loop.yaml: site_steps: 2: unknown key; did you mean 'sight_steps'?",
+        ),
+        (
+            "config/loop.yaml",
+            "jump_deg: 3.0",
+            "jump_deg: 0",
+            "config/loop.yaml: gaze.jump_deg: 0 is less than or equal",
+        ),
         ("config/config.yaml", "seed: 7", "sead: 7", "config/config.yaml: sead: 7: unknown key; did you mean 'seed'?"),
         ("config/config.yaml", "seed: 7", "seed: -7", "config/config.yaml: seed: -7 is less than"),
         ("config/scales/smoke.yaml", "fps: 2", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),

@@ -98,6 +98,8 @@ def ablation_shards(wildcards):
 def content_of(wildcards):
     """A spec's content as one line of JSON, which is what decides whether it is written anew."""
     stage, _, name = wildcards.job.partition("/")
+    if stage == "loop":
+        return canonical(settings["loop"])
     if stage == "data":
         return canonical(data_spec(settings, name))
     if stage == "nets":
@@ -125,6 +127,17 @@ def demo_limbs(wildcards):
     return [f"results/{wildcards.run}/{path}" for path in [*specs, *(f"nets/{net}/weights.h5" for net in nets)]]
 
 
+def demo_sight(wildcards):
+    """What a demo that sees reads: the plan of its loop, and the vision nets of its eyes and limbs."""
+    demo = registry.DEMOS[wildcards.demo]
+    if demo.sight is None:
+        return []
+    prefix = f"{demo.retina}_" if demo.retina else ""
+    roles = ["foveation", *(f"{limb}_vision" for limb in demo.sight)]
+    nets = [f"nets/{prefix}{role}_{side}/weights.h5" for role in roles for side in ("left", "right")]
+    return [f"results/{wildcards.run}/{path}" for path in ["specs/loop.json", *nets]]
+
+
 def demo_threads(wildcards):
     """One core, or all to keep them idle."""
     return workflow.cores if registry.DEMOS[wildcards.demo].alone else 1
@@ -147,7 +160,9 @@ def needs_of(figure):
     files = []
     for need in figure_told(figure)["needs"]:
         stage, _, name = need.partition("/")
-        if stage == "body":
+        if "." in name:
+            files += [f"results/{{run}}/{need}"]
+        elif stage == "body":
             files += body_of(name)
         elif stage == "nets":
             files += rounds_files(MIRRORED.get(name, name), "loss.csv")

@@ -10,6 +10,7 @@ rule demo:
         code=lambda wildcards: source_files(registry.DEMOS[wildcards.demo].module),
         bodies=demo_bodies,
         limbs=demo_limbs,
+        sight=demo_sight,
         choice=branch(lambda wildcards: wildcards.demo not in CHOICE, then="results/{run}/demos/choice.json"),
     output:
         rollout="results/{run}/demos/{demo}/rollout.h5",

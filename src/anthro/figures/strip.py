@@ -50,9 +50,15 @@ def strip(
 
 
 def frames(
-    rollout: Rollout, times: Sequence[float], width: int, height: int, azimuth: float | None = None
+    rollout: Rollout,
+    times: Sequence[float],
+    width: int,
+    height: int,
+    azimuth: float | None = None,
+    columns: int = len(LETTERS),
+    clock: Sequence[float] | None = None,
 ) -> np.ndarray:
-    """The same of a rollout already read."""
+    """The same of a rollout already read, so many columns side by side; `clock` (n,), s, is told instead of times."""
     label = round(LABEL_SHARE * height)
     stage = Stage(rollout)
     camera, studio = stage.shot(width, height - label, azimuth, key_rays=9)
@@ -60,12 +66,14 @@ def frames(
     studio = replace(studio, backdrop_top=studio.backdrop_horizon)
     now = rollout.at(np.asarray(times, float))
     switched = len(rollout.switches()) > 0
-    image = np.full((height, len(times) * (width + GAP) - GAP, 3), 255, np.uint8)
-    for index, time in enumerate(times):
+    rows, across = -(-len(times) // columns), min(columns, len(times))
+    image = np.full((rows * (height + GAP) - GAP, across * (width + GAP) - GAP, 3), 255, np.uint8)
+    for index, (time, told) in enumerate(zip(times, times if clock is None else clock, strict=True)):
         state = bool(now.controller_on[index]) if switched else None
-        left = index * (width + GAP)
-        image[:label, left : left + width] = _label(LETTERS[index], time, state, width, label)
-        image[label:, left : left + width] = render(stage.parts(time), camera, studio)
+        row, column = divmod(index, columns)
+        frame = image[row * (height + GAP) :, column * (width + GAP) :][:height, :width]
+        frame[:label] = _label(LETTERS[index], told, state, width, label)
+        frame[label:] = render(stage.parts(time), camera, studio)
     return image
 
 

@@ -140,8 +140,10 @@ def draw_panels(panels: dict[str, list[Curve]], columns: int = 2):
     width = 4.6 if columns == 1 else 7.2
     figure, grid = plt.subplots(rows, columns, figsize=(width, 0.35 + 2.85 * rows), squeeze=False)
     pad = 7 + 9 * max(len(told(curves)) for curves in panels.values())
-    for axes, (title, curves) in zip(grid.flat, panels.items(), strict=True):
+    for axes, (title, curves) in zip(grid.flat, panels.items(), strict=False):
         draw_panel(axes, title, curves, pad)
+    for axes in grid.flat[len(panels) :]:
+        axes.remove()
     for row in grid:
         row[0].set_ylabel(ERROR)
     legend(figure, [curve.label for curve in next(iter(panels.values()))])

@@ -20,10 +20,10 @@ from anthro import cli
 from anthro.errors import UserError
 from anthro.files import atomic
 from anthro.progress import progress
-from anthro.render.camera import Camera
 from anthro.render.caption import caption, strip_height
 from anthro.render.palette import legend
-from anthro.render.raytrace import Studio, render
+from anthro.render.raytrace import render
+from anthro.render.retinas import SHARE, Retinas
 from anthro.render.rollout import read_rollout
 from anthro.render.stage import Stage
 from anthro.runcard import RunCard
@@ -31,6 +31,36 @@ from anthro.runcard import RunCard
 # One thread and no metadata, so that the same frames give the same bytes.
 H264 = "-c:v libx264 -pix_fmt yuv420p -crf 20 -preset medium -threads 1 -map_metadata -1".split()
 H264 += "-fflags +bitexact -flags:v +bitexact -movflags +faststart -f mp4".split()
+
+
+class Shooting:
+    """How a rollout is filmed: its stage and camera, and the panels beside one that recorded what it saw.
+
+    Parameters
+    ----------
+    stage : Stage
+    width, height : int
+        Pixels, caption and panels included.
+    azimuth : float, optional
+        As in `Stage.shot`.
+    key_rays : int
+        As in `Studio`.
+    """
+
+    def __init__(self, stage: Stage, width: int, height: int, azimuth: float | None = None, key_rays: int = 1) -> None:
+        self.stage, self._strip = stage, strip_height(height)
+        sees = "nerve" in stage.rollout.others
+        beside = 2 * round(SHARE * width / 2) if sees else 0
+        self._panels = Retinas(stage.rollout, beside, height - self._strip) if sees else None
+        self._camera, self._studio = stage.shot(width - beside, height - self._strip, azimuth, key_rays)
+
+    def frame(self, time: float, samples: int) -> np.ndarray:
+        """A captioned picture (height, width, 3) uint8 of the rollout at a time, s, by so many rays a pixel's side."""
+        picture = render(self.stage.parts(time), self._camera, self._studio, samples)
+        now = self.stage.rollout.at(np.array([time]))
+        if self._panels:
+            picture = np.concatenate([picture, self._panels.draw(now)], axis=1)
+        return caption(picture, time, now.controller_on[0], self._strip, legend(self.stage.rollout.limbs))
 
 
 def frames(
@@ -43,26 +73,17 @@ def frames(
     stage : Stage
     times : sequence of float
         s.
-    width, height : int
-        Pixels, caption included.
-    azimuth : float, optional
-        As in `Stage.shot`.
+    width, height, azimuth
+        As in `Shooting`.
 
     Yields
     ------
     ndarray (height, width, 3) uint8
         One for each time.
     """
-    strip = strip_height(height)
-    camera, studio = stage.shot(width, height - strip, azimuth)
+    shooting = Shooting(stage, width, height, azimuth)
     for time in times:
-        yield _frame(stage, time, camera, studio, strip, samples=2)
-
-
-def _frame(stage: Stage, time: float, camera: Camera, studio: Studio, strip: int, samples: int) -> np.ndarray:
-    picture = render(stage.parts(time), camera, studio, samples)
-    on = stage.rollout.at(np.array([time])).controller_on[0]
-    return caption(picture, time, on, strip, legend(stage.rollout.limbs))
+        yield shooting.frame(time, samples=2)
 
 
 def write_video(path: Path, pictures: Iterable[np.ndarray], size: tuple[int, int], fps: int) -> None:
@@ -121,9 +142,8 @@ def film(
     spec = {"demo": demo, "width": width, "height": height, "fps": fps, "azimuth": azimuth}
     with RunCard(out.with_suffix(".run_card.json"), spec, rollout.seed) as card:
         if out.suffix == ".png":
-            strip = strip_height(height)
-            camera, studio = stage.shot(width, height - strip, azimuth, key_rays=9)
-            write_picture(out, _frame(stage, start if at is None else at, camera, studio, strip, samples=3))
+            shooting = Shooting(stage, width, height, azimuth, key_rays=9)
+            write_picture(out, shooting.frame(start if at is None else at, samples=3))
             return
         times = np.arange(start, end, 1 / fps)
         pictures = progress(frames(stage, times, width, height, azimuth), len(times), f"{demo} frames")

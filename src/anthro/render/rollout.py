@@ -43,6 +43,8 @@ class Rollout:
     props : tuple of str
         Of `PROPS`: what the body sits or lies on.
     seed : int
+    attrs : dict
+        All that the file says of the rollout.
     """
 
     body: Body
@@ -57,6 +59,7 @@ class Rollout:
     others: dict[str, np.ndarray] = field(default_factory=dict)
     props: tuple[str, ...] = ()
     seed: int = 0
+    attrs: dict = field(default_factory=dict)
 
     def at(self, time: np.ndarray) -> Rollout:
         """The rollout at other times (m,), s: states interpolated, targets, switch and others held."""
@@ -88,6 +91,7 @@ class Rollout:
             {name: column[last] for name, column in self.others.items()},
             self.props,
             self.seed,
+            self.attrs,
         )
 
     def switches(self) -> np.ndarray:
@@ -128,7 +132,8 @@ def read_rollout(run: Path, demo: str) -> Rollout:
     values["controller_on"] = values["controller_on"] > 0.5
     count = len(values["time"])
     others = {name: column for name, column in columns.items() if np.shape(column)[:1] == (count,)}
-    return Rollout(body=body, limbs=limbs, **values, others=others, props=props, seed=int(attrs.get("seed", 0)))
+    seed = int(attrs.get("seed", 0))
+    return Rollout(body=body, limbs=limbs, **values, others=others, props=props, seed=seed, attrs=attrs)
 
 
 def load_body(run: Path, name: str) -> Body:

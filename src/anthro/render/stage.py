@@ -1,4 +1,4 @@
-"""A rollout on stage: its body, its targets, its ink and what it sits on, at any time."""
+"""A rollout on stage: its body, its targets, its ink, what it sits on and what it sees, at any time."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from anthro.render.camera import Camera
 from anthro.render.framing import ELEVATION_DEG, azimuth_deg, framed_bones, holds_targets
 from anthro.render.mesh import Mesh, join, linear_rgb, outermost, resample, sphere, tube
 from anthro.render.palette import limb_muscles, shades
-from anthro.render.parts import Part
+from anthro.render.parts import Ball, Part
 from anthro.render.props import pieces
 from anthro.render.raytrace import Studio
 from anthro.render.rollout import QUATERNION, Rollout
 from anthro.render.scene import TARGET_COLOUR, belly_radii, bones, corners, muscle_paths, muscles, root_bone
+from anthro.render.sights import Sights
 
 TARGET_RADIUS, PEN_TARGET_RADIUS = 0.022, 0.009  # m; a large ball would hide the ink
 INK_COLOUR, INK_RADIUS, INK_SPACING = "#1D3FB8", 0.0028, 0.004
@@ -41,6 +42,7 @@ class Stage:
         self._radii = belly_radii(self.body.max_force)
         self._led = np.any([limb_muscles(self.body, limb) for limb in rollout.limbs], axis=0)
         self._strokes = _strokes(rollout)
+        self._sights = Sights(rollout)
         upright = self._upright()
         self._move(rollout.at(rollout.time[:1]))
         self._home = self._data.xpos[self._root].copy()
@@ -49,7 +51,7 @@ class Stage:
         below = self._floor - self._home[2]
         self._pieces = [piece for prop in rollout.props for piece in pieces(prop, fitted, below)]
 
-    def parts(self, time: float) -> list[Part]:
+    def parts(self, time: float) -> list[Part | Ball]:
         """What is seen at a time, s; valid until the next call."""
         now = self.rollout.at(np.array([time]))
         self._move(now)
@@ -65,8 +67,9 @@ class Stage:
             paths = muscle_paths(model, data)[: self.body.muscle_count]
             colours, glow = shades(self.body.muscle_groups, now.activation[0], self._led)
             drawn.append(Part(muscles(paths, self._radii, colours, glow)))
+        drawn += self._sights.parts(now, data)
         shown = now.target[0][np.isfinite(now.target[0]).all(axis=1)]
-        if len(shown):
+        if len(shown) and not self._sights.has_balls:
             radius = PEN_TARGET_RADIUS if self._strokes else TARGET_RADIUS
             drawn.append(Part(join([sphere(target, radius, TARGET_COLOUR) for target in shown])))
         ink = self._ink(time)
@@ -134,10 +137,11 @@ class Stage:
         points = [
             self._seen(framed_bones(self._model, limbs, self.rollout.props)),
             *(points for _, points in self._strokes),
+            self._sights.outline(self._home),
         ]
         if "chair" in self.rollout.props:
             points += [outermost(piece.part.mesh.vertices) + self._home for piece in self._pieces]
-        if holds_targets(limbs):
+        if holds_targets(limbs) and not self._sights.has_balls:
             around = TARGET_RADIUS * np.concatenate([np.eye(3), -np.eye(3)])
             there = np.unique(target[np.isfinite(target).all(axis=2)], axis=0)
             points.append((there[:, None] + around).reshape(-1, 3))

@@ -13,9 +13,10 @@ from anthro import cli, figures
 from anthro.body import Body
 from anthro.eyes.eye import RADIUS
 from anthro.eyes.flesh import limb_bones
-from anthro.eyes.layout import FIELD_DEG, Layout
+from anthro.eyes.layout import Layout
 from anthro.eyes.scene import LIMBS, Scene, sole_height
 from anthro.eyes.sight import Eyes
+from anthro.figures.retina import percept
 from anthro.render.camera import Camera
 from anthro.render.mesh import linear_rgb, tubes
 from anthro.render.parts import FAR, Ball, Part
@@ -27,7 +28,6 @@ SIZE = (640, 640)  # pixels of the scene
 RAY_COLOUR, RAY_RADIUS = "#2E6FD0", 0.0018
 EVERY = 29  # of the rays, one is drawn
 LONGEST = 1.2  # m, of a ray that meets nothing
-BETWEEN = "#26292D"  # colour between receptors, on which white ones show
 SLICE_DEG = 2.0  # of the section through the eye: rays that leave the level by less are drawn
 BALLS = ((0.06, "#FFFFFF", (0.62, 0.22, -0.12)), (0.055, "#D02020", (0.60, -0.22, -0.22)))  # m, from the head
 BEHIND = ("#A9B5C1", "#C6CDD4", "#BEC4CA")  # backdrop above and at the horizon, and floor, of (b)
@@ -109,20 +109,6 @@ def body_picture(body: Body, data: mujoco.MjData, eyes: Eyes) -> np.ndarray:
         LIT, floor=scene.studio.floor, backdrop_top=top, backdrop_horizon=horizon, floor_colour=floor, key_rays=2
     )
     return render(shown, camera, studio)
-
-
-def percept(axes: plt.Axes, receptors: Layout, vector: np.ndarray, title: str) -> None:
-    """Draw receptors in the colours that they receive; a dot is as large as its receptor's share of the field."""
-    place = receptors.retina_deg
-    away = np.hypot(*place.T)
-    order = np.argsort(-away)
-    colours = np.clip(vector.reshape(-1, 3), 0, 1) ** (1 / 2.2)
-    axes.add_patch(plt.Circle((0, 0), 1.03 * FIELD_DEG / 2, color=BETWEEN, linewidth=0))
-    axes.scatter(*place[order].T, s=0.3 + (0.062 * away[order]) ** 2, c=colours[order], linewidths=0)
-    edge = 1.04 * FIELD_DEG / 2
-    axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xticks=[], yticks=[])
-    axes.spines[:].set_visible(False)
-    axes.set_title(title)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
