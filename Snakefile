@@ -7,7 +7,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from anthro import registry
 from anthro.body.parts import BODIES
-from anthro.config import ablation_spec, data_spec, load, net_spec, role_of, sizes_of
+from anthro.config import SEES, SIGHT, ablation_spec, data_spec, load, net_spec, role_of, sizes_of
 from anthro.errors import UserError
 from anthro.files import canonical
 from anthro.sources import source_files
@@ -27,6 +27,7 @@ wildcard_constraints:
     body="|".join(BODIES),
     limb="|".join(registry.LIMBS),
     net="|".join(registry.NETS),
+    sight="|".join(name for name in settings["data"] if role_of(name) in SIGHT),
     table="|".join(registry.ABLATIONS),
     demo="|".join(registry.DEMOS),
     paper="|".join(settings["papers"]),

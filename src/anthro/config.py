@@ -12,7 +12,7 @@ import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 
-from anthro import cli
+from anthro import cli, registry
 from anthro.errors import UserError
 from anthro.files import write_json
 
@@ -97,13 +97,19 @@ def read_ablation(path: Path, root: Path) -> dict[str, dict]:
 PLAIN = {"learning_rate": 1e-3, "schedule": "constant", "start": "he", "softening": {}}
 
 
+SIGHT = ("foveation", "vision")  # roles of the nets that see
+SEES = "nakada2018"  # the body whose eyes these are
+
+
 def role_of(dataset: str) -> str:
-    """Return "voluntary" or "reflex" from a data set's name, ``<limb>_<role>``."""
+    """Return a data set's role from its name, ``<limb>_<role>``: "voluntary", "reflex", "foveation" or "vision"."""
     return dataset.rpartition("_")[2]
 
 
 def sizes_of(settings: Mapping, dataset: str) -> dict:
-    """Return the scale's sizes for a data set's limb, those of its region."""
+    """Return the scale's sizes for a data set: those of its limb's region, or of sight."""
+    if role_of(dataset) in SIGHT:
+        return settings["sizes"]["sight"]
     return settings["sizes"]["limbs"][settings["limbs"][dataset.rpartition("_")[0]]["region"]]
 
 
@@ -173,12 +179,12 @@ def varied_net(settings: Mapping) -> str:
 def data_spec(settings: Mapping, dataset: str) -> dict:
     """Return what one shard of a data set is made from; the number of shards is no part of it."""
     role = role_of(dataset)
+    common = {"pairs": sizes_of(settings, dataset)[role]["pairs"], "seed": settings["seed"]}
+    if role in SIGHT:
+        limbs = {name: settings["limbs"][name] for name in registry.SEATED}
+        return settings["data"][dataset] | common | {"name": dataset, "limbs": limbs}
     limb = dataset.removesuffix(f"_{role}")
-    return settings["data"][dataset] | {
-        "limb": {"name": limb} | settings["limbs"][limb],
-        "pairs": sizes_of(settings, dataset)[role]["pairs"],
-        "seed": settings["seed"],
-    }
+    return settings["data"][dataset] | {"limb": {"name": limb} | settings["limbs"][limb]} | common
 
 
 def net_spec(settings: Mapping, net: str) -> dict:

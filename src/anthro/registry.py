@@ -37,8 +37,8 @@ class Net:
     """One DNN; its numbers stand in ``config/nets/<paper>/<name>.yaml``."""
 
     paper: str
-    limb: str
-    role: str  # "voluntary" or "reflex"
+    limb: str  # "" for foveation, which moves eyes and head
+    role: str  # "voluntary", "reflex", "foveation" or "vision"
 
 
 @dataclass(frozen=True)
@@ -103,6 +103,18 @@ NETS = {
     net: Net(limb.paper, limb.name, "reflex" if variant == "reflex" else "voluntary")
     for limb in LIMBS.values()
     for variant, net in limb.nets.items()
+}
+
+SIDES = ("left", "right")  # of the eyes; each has its own vision DNNs
+SIGHTED = ("right_arm", "left_arm", "right_leg", "left_leg")  # limbs that eyes tell where to reach
+UNIFORM, UNIFORM_LIMBS = "uniform_", ("right_arm",)  # eyes without a fovea, to compare with; they lead one arm
+NETS |= {
+    f"{eyes}{limb + '_vision' if limb else 'foveation'}_{side}": Net(
+        "nakada2018", limb, "vision" if limb else "foveation"
+    )
+    for eyes, limbs in (("", ("", *SIGHTED)), (UNIFORM, ("", *UNIFORM_LIMBS)))
+    for limb in limbs
+    for side in SIDES
 }
 
 ABLATIONS = {"shapes": "A.1", "depths": "A.2", "learning_rates": "footnote 1", "core_widths": "Zhou, A"}

@@ -81,6 +81,25 @@ def test_figures_of_the_vision_nets_wait_for_nets_data_and_errors(finished):
         assert all(f"results/smoke/{name}" in job for name in names), figure
 
 
+def test_a_demo_that_sees_waits_for_its_vision_nets_and_the_loops_plan(finished):
+    told = finished.snakemake("--dry-run", "--forceall").stdout
+
+    def needs(demo):
+        first = "rollout.h5" if registry.DEMOS[demo].rollout else "metrics.json"
+        job = told[: told.index(f"output: results/smoke/demos/{demo}/{first}")].rstrip().splitlines()[-1]
+        return {part.strip().removeprefix("results/smoke/") for part in job.split(",")}
+
+    def nets(*roles):
+        return {f"nets/{role}_{side}/weights.h5" for role in roles for side in ("left", "right")}
+
+    reaching = [f"{limb}_vision" for limb in registry.REACHING]
+    assert needs("perception") >= {"specs/loop.json"} | nets("foveation", "right_arm_vision")
+    assert needs("perception_uniform") >= nets("uniform_foveation", "uniform_right_arm_vision")
+    for demo in ("cannon", "shaken", "sight_timing"):
+        assert needs(demo) >= {"specs/loop.json"} | nets("foveation", *reaching)
+    assert not needs("hold") & ({"specs/loop.json"} | nets("foveation"))
+
+
 def test_students_of_a_round_are_the_nets_of_the_round_before(finished):
     told = finished.snakemake("--dry-run", "--forceall").stdout
     shard = told[: told.index("output: results/smoke/data/right_arm_voluntary/round1/shard0000.h5")]

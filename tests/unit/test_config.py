@@ -1,5 +1,6 @@
 """Settings are merged and checked; what is wrong is named by file, key and value."""
 
+import itertools
 import shutil
 from pathlib import Path
 
@@ -56,6 +57,18 @@ def test_paper_scale_has_the_papers_sizes():
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
     [
+        (
+            "config/loop.yaml",
+            "sight_steps:",
+            "site_steps:",
+            "config/loop.yaml: site_steps: 2: unknown key; did you mean 'sight_steps'?",
+        ),
+        (
+            "config/loop.yaml",
+            "jump_deg: 3.0",
+            "jump_deg: 0",
+            "config/loop.yaml: gaze.jump_deg: 0 is less than or equal",
+        ),
         ("config/config.yaml", "seed: 7", "sead: 7", "config/config.yaml: sead: 7: unknown key; did you mean 'seed'?"),
         ("config/config.yaml", "seed: 7", "seed: -7", "config/config.yaml: seed: -7 is less than"),
         ("config/scales/smoke.yaml", "fps: 2", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),
@@ -143,8 +156,9 @@ def test_registry_and_yaml_files_agree():
     for name, net in registry.NETS.items():
         assert settings["nets"][name]["name"] == name
         assert settings["nets"][name]["paper"] == net.paper
-        assert settings["nets"][name]["dataset"] == f"{net.limb}_{net.role}"
-    assert settings["data"].keys() == {f"{net.limb}_{net.role}" for net in registry.NETS.values()}
+        eyes = registry.UNIFORM if name.startswith(registry.UNIFORM) else ""
+        assert settings["nets"][name]["dataset"] == f"{eyes}{net.limb or 'eyes'}_{net.role}"
+    assert settings["data"].keys() == {content["dataset"] for content in settings["nets"].values()}
     assert settings["ablations"].keys() == registry.ABLATIONS.keys()
     for paper, content in settings["papers"].items():
         ours = {name for name, figure in registry.FIGURES.items() if figure.paper == paper}
@@ -162,9 +176,10 @@ def test_limbs_name_nets_and_unknown_limbs_are_refused():
 
 
 def test_there_are_three_nets_a_limb_and_left_ones_are_mirrored_or_trained():
-    assert len(registry.NETS) == 3 * len(registry.LIMBS) == 21
+    motor = [name for name, net in registry.NETS.items() if net.role not in config.SIGHT]
+    assert len(motor) == 3 * len(registry.LIMBS) == 21
     mirrored = registry.mirrored_nets("mirrored")
-    assert set(mirrored) == {name for name in registry.NETS if name.startswith("left_")}
+    assert set(mirrored) == {name for name in motor if name.startswith("left_")}
     assert all(source == name.replace("left", "right") for name, source in mirrored.items())
     assert registry.mirrored_nets("trained") == {}
     settings = config.load({"scale": "smoke"}, ROOT)
@@ -178,3 +193,19 @@ def test_appendix_a_has_nine_shapes_and_eight_depths_of_about_1800_units():
     tables = config.load({"scale": "smoke"}, ROOT)["ablations"]
     assert len(tables["shapes"]) == 9 and len(tables["depths"]) == 8
     assert all(abs(sum(row["hidden"]) - 1800) <= 1 for row in tables["depths"].values())
+
+
+def test_ten_vision_nets_meet_the_papers_weights_and_eyes_without_a_fovea_are_beside_them():
+    settings = config.load({"scale": "smoke"}, ROOT)
+    seeing = {name: net for name, net in registry.NETS.items() if net.role in config.SIGHT}
+    assert len([name for name in seeing if not name.startswith(registry.UNIFORM)]) == 10
+    for name, net in seeing.items():
+        content = settings["nets"][name]
+        sizes = [10800, *content["hidden"], 2 if net.role == "foveation" else 3]
+        weights = sum(a * b for a, b in itertools.pairwise(sizes))
+        assert weights == pytest.approx({"foveation": 11.5e6, "vision": 24.2e6}[net.role], rel=0.01)
+        side = content["receptive_fields"]["side"]
+        assert content["inputs"] == [side] and name.endswith(side)
+        data = config.data_spec(settings, content["dataset"])
+        assert data["retina"] == content["receptive_fields"]["retina"]
+        assert data["limbs"].keys() == set(registry.SEATED) and data.get("limb", "") == net.limb

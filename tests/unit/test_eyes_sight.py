@@ -13,7 +13,7 @@ from anthro.errors import UserError
 from anthro.eyes.eye import Eye
 from anthro.eyes.flesh import DENSITY, ball_directions, flesh, grown, limb_bones
 from anthro.eyes.layout import Layout, layout
-from anthro.eyes.scene import BACKGROUND, LIMBS, Scene, sole_height
+from anthro.eyes.scene import BACKGROUND, SKIN, Scene, sole_height
 from anthro.eyes.sight import Eyes, as_bytes, as_floats, nerve, rays
 from anthro.render.camera import Camera
 from anthro.render.mesh import join, linear_rgb, make_mesh, move, sphere
@@ -273,8 +273,8 @@ def test_turning_obeys_the_mover_and_resting_the_limits(body, posed):
 
 def test_flesh_holds_its_bones_mass_and_covers_them(body):
     model = body.model
-    colours = dict.fromkeys(LIMBS, linear_rgb(WHITE))
-    meshes = flesh(model, LIMBS, colours)
+    colours = dict.fromkeys(SKIN, linear_rgb(WHITE))
+    meshes = flesh(model, tuple(SKIN), colours)
     assert {model.body(bone).name for bone in meshes} == {"humerus_r", "hand_r", "humerus_l", "hand_l"}
     for bone, mesh in meshes.items():
         corners = mesh.vertices[mesh.faces]

@@ -68,7 +68,7 @@ def put_nets(run):
                 csv.writer(file).writerows([names, (1, 0.5, 0.6, 0.7, 1.0), (2, 0.3, 0.4, 0.5, 1.0)])
     write_json(run / "specs/data/eyes_foveation.json", {"retina": "log_polar", "seed": 7})
     columns = {f"foveation_{side}_error": rng.uniform(0.001, 0.05, 400) for side in SIDES}
-    columns["foveation_left_direction"] = rng.uniform(-0.7, 0.7, (400, 2))
+    columns |= {f"foveation_{side}_direction": rng.uniform(-0.7, 0.7, (400, 2)) for side in SIDES}
     for limb in LIMBS:
         for name in ("vision_mean_error", "distance", "eccentricity"):
             columns[f"{limb}_{name}"] = rng.uniform(0.01, 0.8, 60)

@@ -301,6 +301,7 @@ def test_resumed_training_equals_an_uninterrupted_one(job, monkeypatch, after, c
         if len(epochs) == after:
             raise Killed
 
+    monkeypatch.setattr("anthro.learn.train.SPARING", 0)
     monkeypatch.setattr(checkpoint, "save_state", save_and_die)
     with pytest.raises(Killed):
         train(**broken)
@@ -522,16 +523,17 @@ def test_a_gpu_holds_all_rows_if_they_fit(job, monkeypatch, free):
     plain = start(job()).rows
     monkeypatch.setattr(torch.cuda, "mem_get_info", lambda device: (free, free))
     empty = torch.empty
-    monkeypatch.setattr(torch, "empty", lambda *shape, device: empty(*shape))
+    monkeypatch.setattr(torch, "empty", lambda *shape, dtype, device: empty(*shape, dtype=dtype))
     spec = read_spec(job()["spec_path"])[0]
     pairs = find_pairs(spec, job()["shards"])
-    monkeypatch.setattr(Rows, "_sides", lambda self, rows: (rows[:, :7], rows[:, 7:]))
+    monkeypatch.setattr(torch.Tensor, "pin_memory", lambda self: self)
+    monkeypatch.setattr(torch.Tensor, "to", lambda self, *where, **how: self)
     rows = Rows(pairs, survey(pairs)[0], job()["state_folder"], "cuda")
     order = np.arange(540)[::-1].copy()
     for a, b in zip(plain.batches(order, 100), rows.batches(order, 100), strict=True):
         assert torch.equal(a[0], b[0])
         assert torch.equal(a[1], b[1])
-    assert (rows._table.data_ptr() == torch.frombuffer(rows._map, dtype=torch.float32).data_ptr()) == (not free)
+    assert (rows._table.data_ptr() == torch.frombuffer(rows._map, dtype=torch.uint8).data_ptr()) == (not free)
 
 
 def test_card_is_json_and_says_what_was_used(job):

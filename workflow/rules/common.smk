@@ -7,6 +7,7 @@
 PARTS = ("weights.h5", "loss.csv", "run_card.json")  # what a training leaves
 MIRRORED = registry.mirrored_nets(settings["left_limbs"])  # nets that are not trained, and where they come from
 TRAINED = [net for net in registry.NETS if net not in MIRRORED]
+SIGHT_SETS = [name for name in settings["data"] if role_of(name) in SIGHT]
 DATASETS = sorted({settings["nets"][net]["dataset"] for net in TRAINED})
 
 
@@ -74,6 +75,12 @@ def source_of(wildcards):
     if wildcards.net in MIRRORED:
         return f"results/{wildcards.run}/nets/{MIRRORED[wildcards.net]}/weights.h5"
     return rounds_files(wildcards.net, "weights.h5", wildcards.run)[-1]
+
+
+def foveating(wildcards):
+    """The nets that turn the eyes to the ball in a limb's pictures; none for those that learn to."""
+    prefix = settings["data"][wildcards.sight].get("foveated_by")
+    return [f"results/{wildcards.run}/nets/{prefix}_{side}/weights.h5" for side in registry.SIDES if prefix]
 
 
 def ablation_shards(wildcards):

@@ -44,3 +44,26 @@ rule reflex_shard:
     shell:
         "python -m anthro.motor.synthesize_reflex --spec {input.spec} --body {params.body}"
         " --shard {wildcards.shard} --out {output} > {log} 2>&1"
+
+
+rule sight_shard:
+    input:
+        code=source_files("anthro.eyes.synthesize"),
+        spec="results/{run}/specs/data/{sight}.json",
+        body=body_of(SEES),
+        foveation=foveating,
+    output:
+        "results/{run}/data/{sight}/shard{shard}.h5",
+    log:
+        "results/{run}/logs/data/{sight}/shard{shard}.log",
+    benchmark:
+        "results/{run}/benchmarks/data/{sight}/shard{shard}.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+        nets=lambda wildcards, input: f"--foveation {input.foveation}" if input.foveation else "",
+    shell:
+        "python -m anthro.eyes.synthesize --spec {input.spec} --body {params.body} --shard {wildcards.shard}"
+        " {params.nets} --out {output} > {log} 2>&1"

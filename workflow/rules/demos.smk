@@ -93,6 +93,7 @@ rule scorecard:
         demos=[f"results/{{run}}/demos/{name}/rows.json" for name in registry.DEMOS],
         findings="results/{run}/ablations/rows.json",
         nets="results/{run}/nets/rows.json",
+        sight="results/{run}/nets/vision/rows.json",
     output:
         report(
             "results/{run}/scorecard.csv",

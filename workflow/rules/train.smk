@@ -106,3 +106,29 @@ rule cost:
     threads: 1
     shell:
         "python -m anthro.cost --run results/{wildcards.run} --scale paper --out {output} > {log} 2>&1"
+
+
+rule sight_errors:
+    input:
+        code=source_files("anthro.eyes.measure"),
+        specs=[f"results/{{run}}/specs/data/{name}.json" for name in sorted(SIGHT_SETS)],
+        body=body_of(SEES),
+        nets=[f"results/{{run}}/nets/{net}/weights.h5" for net, told in registry.NETS.items() if told.role in SIGHT],
+    output:
+        rows="results/{run}/nets/vision/rows.json",
+        errors="results/{run}/nets/vision/errors.h5",
+        card="results/{run}/nets/vision/run_card.json",
+    log:
+        "results/{run}/logs/nets/vision.log",
+    benchmark:
+        "results/{run}/benchmarks/nets/vision.tsv"
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        body=lambda wildcards, input: Path(input.body[0]).parent,
+        scenes=settings["sizes"]["sight"]["held_out"],
+        folder=subpath(output.rows, parent=True),
+    shell:
+        "python -m anthro.eyes.measure --run results/{wildcards.run} --body {params.body} --scenes {params.scenes}"
+        " --out {params.folder} > {log} 2>&1"

@@ -6,7 +6,7 @@ view, and the face would stand before the pinholes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -20,8 +20,9 @@ from anthro.render.props import Piece, pieces
 from anthro.render.raytrace import Studio
 from anthro.render.scene import corners, root_bone
 
-LIMBS = ("humerus_r", "humerus_l", "femur_r", "femur_l")  # first bones of the limbs that are seen
-SKIN = "#D9A98A"
+# First bones of the limbs that are seen, and their colours: arms are green as in Nakada 2018, Sec. 6.2.2; blue is ours.
+GREEN, BLUE = "#3FA34D", "#3F6FB5"
+SKIN = {"humerus_r": GREEN, "humerus_l": GREEN, "femur_r": BLUE, "femur_l": BLUE}
 BACKGROUND = "#5B6066"
 KEY_DIRECTION = np.array([0.5, 0.35, 1.0])  # to the light: before the body, at its left, above
 
@@ -41,8 +42,10 @@ class Scene:
         Its height, m. It has the background's colour, so only shadows tell where it is; no floor if it is left out.
     stool : bool
         Whether the body sits on a stool, which needs a floor to stand on.
-    background, skin : str
+    background : str
         sRGB ``#rrggbb``.
+    skin : dict of str to str
+        Colour of each limb that is seen, by its first bone.
 
     Raises
     ------
@@ -58,13 +61,14 @@ class Scene:
         floor: float | None = None,
         stool: bool = False,
         background: str = BACKGROUND,
-        skin: str = SKIN,
+        skin: Mapping[str, str] = SKIN,
     ) -> None:
-        colour, around = linear_rgb(skin), linear_rgb(background)
+        around = linear_rgb(background)
+        colours = {root: linear_rgb(colour) for root, colour in skin.items()}
         self._names = [model.body(body).name for body in range(model.nbody)]
-        self._limbs = {body: Part(mesh) for body, mesh in flesh(model, LIMBS, dict.fromkeys(LIMBS, colour)).items()}
+        self._limbs = {body: Part(mesh) for body, mesh in flesh(model, tuple(colours), colours).items()}
         if not self._limbs:
-            raise UserError(f"the body has none of the bones {', '.join(LIMBS)}: nothing of it can be seen")
+            raise UserError(f"the body has none of the bones {', '.join(colours)}: nothing of it can be seen")
         if stool and floor is None:
             raise UserError("a stool needs a floor to stand on")
         self.balls, self._things = list(balls), list(things)

@@ -26,8 +26,8 @@ class Block:
 
     Attributes
     ----------
-    inputs : ndarray of float32, (n, n_in)
-        The input columns, joined.
+    inputs : ndarray of float32 or uint8, (n, n_in)
+        The input columns, joined; bytes stay bytes.
     outputs : ndarray of float32, (n, n_out)
         The labels, joined.
     side : ndarray of int8, (n,)
@@ -55,6 +55,8 @@ class Pairs:
         The spec's softening of each input.
     output_softening : ndarray of float32, (n_out,)
         The spec's softening of each label.
+    of_bytes : bool
+        Whether inputs are bytes, such as optic nerve vectors.
     """
 
     spec: TrainingSpec
@@ -62,6 +64,7 @@ class Pairs:
     sides: tuple[np.ndarray, ...]
     softening: np.ndarray
     output_softening: np.ndarray
+    of_bytes: bool = False
 
     def count(self, side: int) -> int:
         """Return the number of pairs on a side."""
@@ -103,7 +106,11 @@ def _matrix(path: str, columns: dict[str, np.ndarray], names: Sequence[str]) -> 
             row = int(np.argwhere(~np.isfinite(values))[0, 0])
             raise UserError(f"{path}: column {name} is not finite (row {row})")
         parts.append(values.reshape(len(values), -1))
-    return np.concatenate(parts, axis=1, dtype=np.float32)
+    return np.concatenate(parts, axis=1, dtype=np.uint8 if _of_bytes(columns, names) else np.float32)
+
+
+def _of_bytes(columns: dict[str, np.ndarray], names: Sequence[str]) -> bool:
+    return all(columns[name].dtype == np.uint8 for name in names)
 
 
 def validation_side(n: int, generator: np.random.Generator, block: int = 1) -> np.ndarray:
@@ -161,12 +168,13 @@ def find_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
     UserError
         Naming the shard (and column), when one is truncated, or when there are fewer pairs than wanted.
     """
-    sides, softenings = [], []
+    sides, softenings, of_bytes = [], [], False
     for index, path in enumerate(shards):
         names = spec.inputs[:1] if index else spec.inputs + spec.outputs
         columns, _ = read_shard(path, dict.fromkeys(names))
         if not index:
             softenings = [_softening(spec, columns, part) for part in (spec.inputs, spec.outputs)]
+            of_bytes = _of_bytes(columns, spec.inputs)
         rows, generator = len(np.atleast_1d(columns[names[0]])), stream(spec.seed, "learn/split", index)
         sides.append(validation_side(rows, generator, spec.validation_block).astype(np.int8))
     total = sum(map(len, sides))
@@ -175,7 +183,9 @@ def find_pairs(spec: TrainingSpec, shards: Sequence[str]) -> Pairs:
             raise UserError(f"{spec.name}: {spec.samples} samples wanted, the shards hold {total}")
         ends = np.cumsum([len(side) for side in sides])[:-1]
         sides = np.split(_subset(np.concatenate(sides), spec.samples, stream(spec.seed, "learn/samples")), ends)
-    pairs = Pairs(spec, tuple(map(str, shards)), tuple(sides), *softenings)
+    pairs = Pairs(spec, tuple(map(str, shards)), tuple(sides), *softenings, of_bytes)
+    if of_bytes and pairs.softening.any():
+        raise UserError(f"{spec.name}: inputs of bytes are not softened")
     counts = pairs.count(TRAINING), pairs.count(VALIDATION)
     if not all(counts):
         raise UserError(f"{spec.name}: {sum(counts)} pairs are too few to be split in ten")
@@ -229,6 +239,37 @@ class Moments:
         return np.where(deviation > floor, deviation, 1.0)
 
 
+class ByteMoments:
+    """What bytes mostly are, and how far they are from it.
+
+    Most photoreceptors see the background. Taken as zero, it costs nothing online: `FeedForward` passes over inputs
+    that are zero. One scale serves all columns, or receptors that hardly ever see anything would shout.
+
+    Attributes
+    ----------
+    mean : ndarray, (width,)
+        Median of each column in the first rows.
+    """
+
+    def __init__(self):
+        self.mean = np.zeros(0)
+        self._squares = self._count = 0
+
+    def add(self, values: np.ndarray) -> None:
+        """Count rows (n, width) in."""
+        if not len(values):
+            return
+        if not len(self.mean):
+            self.mean = np.median(values, axis=0).astype(np.float32)
+        self._squares += np.square(values - self.mean).sum(dtype=float)
+        self._count += values.size
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Root mean square distance from `mean` over all columns, in each, (width,); 1 if nothing varies."""
+        return np.full(len(self.mean), np.sqrt(self._squares / self._count) or 1.0)
+
+
 def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
     """Read all pairs once.
 
@@ -244,7 +285,8 @@ def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
     UserError
         See `Pairs.blocks`.
     """
-    inputs, outputs, limit, total = Moments(), Moments(), 0.0, hashlib.sha256()
+    inputs = ByteMoments() if pairs.of_bytes else Moments()
+    outputs, limit, total = Moments(), 0.0, hashlib.sha256()
     for block in pairs.blocks():
         chosen = block.side == TRAINING
         inputs.add(soften(block.inputs, pairs.softening)[chosen])
@@ -267,8 +309,19 @@ def survey(pairs: Pairs) -> tuple[dict[str, np.ndarray], str]:
     return {name: value.astype(np.float32) for name, value in values.items()}, total.hexdigest()
 
 
+def packed(block: Block, factors: dict[str, np.ndarray]) -> np.ndarray:
+    """Return the pairs as rows of bytes (n, width): normalised float32, inputs first; inputs of bytes as they are."""
+    if block.inputs.dtype != np.uint8:
+        return normalise(block, factors).view(np.uint8)
+    return np.concatenate([block.inputs, _standard(block.outputs, factors, "output").view(np.uint8)], axis=1)
+
+
 def normalise(block: Block, factors: dict[str, np.ndarray]) -> np.ndarray:
     """Return the normalised pairs, inputs first, (n, n_in + n_out) float32."""
-    inputs = (soften(block.inputs, factors["input_softening"]) - factors["input_mean"]) / factors["input_scale"]
-    outputs = (soften(block.outputs, factors["output_softening"]) - factors["output_mean"]) / factors["output_scale"]
-    return np.concatenate([inputs, outputs], axis=1)
+    return np.concatenate(
+        [_standard(block.inputs, factors, "input"), _standard(block.outputs, factors, "output")], axis=1
+    )
+
+
+def _standard(values: np.ndarray, factors: dict[str, np.ndarray], side: str) -> np.ndarray:
+    return (soften(values, factors[f"{side}_softening"]) - factors[f"{side}_mean"]) / factors[f"{side}_scale"]

@@ -47,9 +47,9 @@ class Network(nn.Module):
         """Number of weights, biases not counted (the core's two nets: the 4,930,800 of Zhou 2021, Sec. 3)."""
         return sum(layer.weight.numel() for layer in self.layers)
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Map normalised inputs (n, n_in) to normalised outputs (n, n_out)."""
-        for layer in self.layers[:-1]:
+    def forward(self, x: torch.Tensor, after: int = 0) -> torch.Tensor:
+        """Map normalised inputs (n, n_in), or activations behind the first `after` layers, to outputs (n, n_out)."""
+        for layer in self.layers[after:-1]:
             x = torch.relu(layer(x))
         return self.layers[-1](x)
 

@@ -17,6 +17,8 @@ PAPER_EPOCHS = {
     ("nakada2018", "voluntary", "left_leg"): (2000, "Sec. 5.1.2"),
     ("nakada2018", "voluntary", "right_leg"): (1850, "Sec. 5.1.2"),
     ("nakada2018", "reflex", None): ("1200-1600", "Sec. 5.2"),
+    ("nakada2018", "foveation", None): (80, "Sec. 6.2.1"),
+    ("nakada2018", "vision", None): (388, "Sec. 6.2.2"),
     ("zhou2021", "voluntary", "core"): (2000, "Fig. 5a, end of its axis"),
     ("zhou2021", "reflex", "core"): (1200, "Fig. 5b, end of its axis"),
 }

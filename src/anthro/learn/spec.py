@@ -8,7 +8,8 @@ from anthro.errors import UserError
 from anthro.files import digest, read_json
 
 SCHEDULES = ("constant", "cosine")
-STARTS = ("he", "linear")
+STARTS = ("he", "linear", "retinotopic")
+FIELDS = ("retina", "side", "cones", "neighbours")  # of a retinotopic start
 COSINE_FLOOR = 0.01
 
 
@@ -36,8 +37,14 @@ class TrainingSpec:
         Training stops after so many successive epochs without gain.
     schedule : {"constant", "cosine"}
         Constant as in the paper, or falling to 1 % over `epochs` along half a cosine.
-    start : {"he", "linear"}
-        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear`.
+    start : {"he", "linear", "retinotopic"}
+        Initial weights: He's as in the papers, or those of :mod:`anthro.learn.linear` or
+        :mod:`anthro.learn.retinotopic`.
+    receptive_fields : dict
+        Of a retinotopic start: ``retina`` and ``side`` of the eye whose optic nerve vectors are the inputs, ``cones``
+        that units listen to, and ``neighbours``, how many receptors lie within a field's width.
+    fixed_epochs : int
+        First epochs in which the first layer stays as it starts.
     softening : dict of str to float
         Scale s of ``asinh(x / s)`` for input and output columns, in the column's unit. Softened
         labels make the loss relative: small adjustments near the target count as much as large ones.
@@ -60,6 +67,8 @@ class TrainingSpec:
     patience: int = 10
     schedule: str = "constant"
     start: str = "he"
+    receptive_fields: dict = field(default_factory=dict)
+    fixed_epochs: int = 0
     softening: dict[str, float] = field(default_factory=dict)
     samples: int | None = None
     validation_block: int = 1
@@ -93,6 +102,8 @@ CHECKS = {
     "patience": (_positive_int, "a positive integer"),
     "schedule": (lambda v: v in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
     "start": (lambda v: v in STARTS, f"one of {', '.join(STARTS)}"),
+    "receptive_fields": (lambda v: isinstance(v, dict) and set(v) == set(FIELDS), f"an object of {', '.join(FIELDS)}"),
+    "fixed_epochs": (lambda v: type(v) is int and v >= 0, "an integer, at least 0"),
     "softening": (
         lambda v: isinstance(v, dict) and all(type(s) in (int, float) and s >= 0 for s in v.values()),
         "a scale, at least 0, for each column named",
@@ -135,8 +146,13 @@ def read_spec(path: str | os.PathLike) -> tuple[TrainingSpec, dict]:
             raise UserError(f"{path}: {name}: {value!r} is not {wanted}")
     if odd := sorted(set(given.get("softening", {})) - set(given["inputs"]) - set(given["outputs"])):
         raise UserError(f"{path}: softening: {', '.join(odd)} is not among the inputs and outputs")
+    if given.get("start") == "retinotopic" and "receptive_fields" not in given:
+        raise UserError(f"{path}: receptive_fields: a retinotopic start needs to know whose retina it is")
     plain = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
     return TrainingSpec(**plain, digest=digest(content)), content
 
 
-OPTIONAL = ("patience", "schedule", "start", "softening", "samples", "validation_block")
+OPTIONAL = (
+    *("patience", "schedule", "start", "receptive_fields", "fixed_epochs"),
+    *("softening", "samples", "validation_block"),
+)

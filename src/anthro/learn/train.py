@@ -33,13 +33,15 @@ from anthro.learn.data import Moments, find_pairs, survey
 from anthro.learn.device import DEVICES, choose_device, repeatable
 from anthro.learn.linear import start_linear
 from anthro.learn.networks import Network
-from anthro.learn.rows import Rows
+from anthro.learn.retinotopic import start_retinotopic
+from anthro.learn.rows import Activations, Rows, Table
 from anthro.learn.spec import TrainingSpec, read_spec
 from anthro.motor.network import FeedForward, harden, reach_of
 from anthro.progress import progress
 from anthro.runcard import RunCard
 from anthro.streams import stream
 
+SPARING = 10  # states of large nets are written so seldom that ten times as long is spent on epochs
 COLUMNS = ("epoch", "train_mse", "validation_mse", "unexplained_variance", "learning_rate", "seconds")
 
 
@@ -68,6 +70,8 @@ class Training:
         self.network = Network((rows.n_in, *spec.hidden, rows.n_out), stream(spec.seed, "learn/initial"))
         if spec.start == "linear":
             start_linear(self.network, rows)
+        elif spec.start == "retinotopic":
+            start_retinotopic(self.network, rows, spec)
         self.network.to(rows.device)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=spec.learning_rate, betas=(0.9, 0.999), fused=True
@@ -78,6 +82,7 @@ class Training:
         self._variance = labels.variance
         self.history: list[dict] = []
         self.best: dict = {}
+        self._activations: Activations | None = None
         if spec.start == "linear":
             self._remember(0, self.validate())
 
@@ -117,21 +122,33 @@ class Training:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         order = stream(self.spec.seed, "learn/order", epoch).permutation(self.rows.training)
+        source, after = self._source(epoch)
         total = torch.zeros((), dtype=torch.float64, device=self.rows.device)
-        for inputs, outputs in self.rows.batches(order, self.spec.batch_size):
+        for inputs, outputs in source.batches(order, self.spec.batch_size):
             self.optimiser.zero_grad(set_to_none=True)
-            loss = torch.nn.functional.mse_loss(self.network(inputs), outputs)
+            loss = torch.nn.functional.mse_loss(self.network(inputs, after), outputs)
             loss.backward()
             self.optimiser.step()
             total += loss.detach().double() * len(inputs)
         return total.item() / self.rows.training
 
+    def _source(self, epoch: int) -> tuple[Table, int]:
+        """Rows for an epoch, and how many layers they have passed: one while the first layer stays fixed."""
+        is_fixed = epoch <= self.spec.fixed_epochs
+        self.network.layers[0].requires_grad_(not is_fixed)
+        if not is_fixed:
+            self._activations = None
+            return self.rows, 0
+        self._activations = self._activations or Activations(self.rows, self.network.layers[0])
+        return self._activations, 1
+
     @torch.no_grad()
     def validate(self) -> dict:
         """Return the validation side's errors (the numbers of `best`)."""
+        source, after = self._source(len(self.history) + 1)
         squared, squared_physical = np.zeros((2, self.rows.n_out))
-        for inputs, outputs in self.rows.held_out():
-            predicted = self.network(inputs)
+        for inputs, outputs in source.held_out():
+            predicted = self.network(inputs, after)
             squared += (predicted - outputs).double().square().sum(0).cpu().numpy()
             squared_physical += np.square(self._physical(predicted) - self._physical(outputs)).sum(axis=0)
         mse, mse_physical = squared / self.rows.validation, squared_physical / self.rows.validation
@@ -188,7 +205,7 @@ def write_history(path: str | os.PathLike, history: Sequence[dict]) -> None:
 
 
 def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str) -> None:
-    """Train until nothing is to be done, leaving the state in `folder` after every epoch.
+    """Train until nothing is to be done, leaving the state in `folder` after epochs.
 
     Raises
     ------
@@ -199,6 +216,7 @@ def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str)
         training.resume(state)
         print(f"{training.spec.name}: resumes after epoch {len(training.history)}", file=sys.stderr)
     left = range(len(training.history), training.spec.epochs)
+    due = 0.0
     for _ in progress(left, total=len(left), label=f"{training.spec.name} epochs"):
         if training.finished:
             break
@@ -206,8 +224,9 @@ def run_epochs(training: Training, folder: str | os.PathLike | None, stamp: str)
             training.run_epoch()
         except FloatingPointError as error:
             raise UserError(f"{training.spec.name}: {error}{_rescue(training, folder)}") from None
-        if folder:
+        if folder and ((started := time.monotonic()) >= due or training.finished):
             checkpoint.save_state(folder, stamp, training.state())
+            due = time.monotonic() + SPARING * (time.monotonic() - started)
 
 
 def _rescue(training: Training, folder: str | os.PathLike | None) -> str:
