@@ -1,8 +1,8 @@
 """Meet balls that come bouncing down sloped planes, with the right arm, by the networks alone (Nakada 2018, Sec. 8.4).
 
 Balls are dropped over three slopes (Fig. 25) and come into the arm's reach within 0.8 to 2 s. The body is told nothing
-of the slopes, which the eyes see as little as the floor; that a ball has bounced it notices when the ball leaves the
-flight that it expects. A trial is a success when the arm touches the ball.
+of the slopes, and they are clear as glass; that a ball has bounced it notices when the ball leaves the flight that it
+expects. A trial is a success when the arm touches the ball.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import numpy as np
 
 from anthro.demos.session import Recorder, Session
 from anthro.errors import UserError
-from anthro.eyes.scene import BACKGROUND, Scene, sole_height
+from anthro.eyes.scene import Scene, sole_height
 from anthro.eyes.sight import Eyes
 from anthro.eyes.vision import BALL_RADIUS, RED, Vision
 from anthro.files import canonical
@@ -23,9 +23,7 @@ from anthro.loop.percept import Onlooker
 from anthro.loop.plan import read_loop_plan
 from anthro.motor.system import MotorSystem
 from anthro.registry import SEATED
-from anthro.render.mesh import Mesh, linear_rgb
 from anthro.render.parts import Ball as Shown
-from anthro.render.parts import Part
 from anthro.streams import stream
 from anthro.world.balls import Ball, Balls
 from anthro.world.reach import Reach
@@ -48,7 +46,7 @@ class Setting:
     leads : limbs that sight leads, and how: ``reach`` or ``meet``.
     head, one_eye : whether the neck follows the gaze; whether only the left eye looks.
     retina, movement : of `anthro.eyes.layout.LAYOUTS` and `anthro.eyes.eye.MOVERS`.
-    slopes : what balls bounce on.
+    slopes : what balls bounce on. They are clear as glass: the vision DNNs know an even background only.
     movable : whether the body's root may be moved.
     """
 
@@ -75,8 +73,7 @@ class Sighted:
         self.session, self.setting, body = session, setting, session.body
         self.simulator = session.begin(system)
         self._shown = Shown(BALL_RADIUS, RED, AWAY)
-        things = [Part(panel(slope)) for slope in setting.slopes]
-        scene = Scene(body.model, [self._shown], things, floor=sole_height(body), stool=True)
+        scene = Scene(body.model, [self._shown], floor=sole_height(body), stool=True)
         self.eyes = Eyes(body, scene, setting.retina, setting.movement, seed)
         plan = read_loop_plan(session.run)
         self.reaches = {
@@ -172,19 +169,6 @@ def opened(args, setting: Setting, limbs: Sequence[str] | None = None) -> Sighte
     retina = "" if setting.retina == "log_polar" else setting.retina
     vision = Vision.load(args.run, list(setting.leads) if limbs is None else limbs, retina)
     return Sighted(session, session.system(list(SEATED), args.inputs), vision, setting, args.seed)
-
-
-def panel(slope: Slope) -> Mesh:
-    """A slope as the eyes meet it: a thin rectangle that, as the floor, has the background's colour."""
-    along, across, normal = slope.axes
-    half = slope.half_size
-    corners = np.array(
-        [np.array(slope.centre) + a * half[0] * along + b * half[1] * across for a in (-1, 1) for b in (-1, 1)]
-    )
-    faces = np.array([[0, 2, 3], [0, 3, 1]])
-    normals = np.broadcast_to(normal, (4, 3))
-    colours = np.broadcast_to(linear_rgb(BACKGROUND), (2, 3))
-    return Mesh(corners, faces, normals, colours, np.ones(2), gloss=0.0)
 
 
 class SightRecorder:

@@ -19,7 +19,7 @@ import numpy as np
 from anthro.eyes.sight import Eyes, as_bytes
 from anthro.eyes.vision import Vision
 
-REDDER = 2  # red over the larger of green and blue: skin and stool have 1.8 at most, a red ball 10
+REDDER = 2  # red over the larger of green and blue: nothing but a red ball has as much, which has 10
 DARK = 30  # bytes of red, below which no colour is told
 
 

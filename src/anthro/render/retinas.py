@@ -44,7 +44,7 @@ class Retinas:
         receptors = [layout(name, side, rollout.seed) for side in SIDES]
         if rollout.others["nerve"].shape[1:] != (2, receptors[0].width):
             raise UserError(f"optic nerve vectors of {rollout.others['nerve'].shape[1:]} do not fit the retina {name}")
-        self._words = max(12, height // 18)
+        self._words = max(6, height // 20)
         self._side = min((width - 6) // 2, int(0.6 * height) - self._words)
         self._maps = [nearest_receptor(one, self._side) for one in receptors]
         body = rollout.body
@@ -72,7 +72,7 @@ class Retinas:
         rows = len(SEATED)
         tall = (self.height - top) / rows
         for row, (limb, start, end) in enumerate(zip(SEATED, starts, self._ends, strict=True)):
-            base, most = top + (row + 1) * tall - 2, tall - self._words - 2
+            base, most = top + (row + 1) * tall - 2, max(tall - self._words - 2, 1)
             left, right = 4, self.width - 4
             draw.rectangle([left, base - most, right, base], fill=FAINT)
             words = limb.removesuffix("_seated").replace("_", " ")
