@@ -13,8 +13,8 @@ from anthro.files import read_shard
 
 LIMBS = {"right_arm": "#0072B2", "left_arm": "#56B4E9", "right_leg": "#D55E00", "left_leg": "#E69F00"}
 EYES = {"left": "#009E73", "right": "#CC79A7"}
-FIELD_DEG, CELL_DEG = 40.0, 8.0
-LEAST = 5  # pictures, of which a median is drawn
+FIELD_DEG, CELL_DEG = 40.0, 10.0
+LEAST = 3  # pictures, of which a median is drawn
 BINS = 9  # of equally many pictures each
 SPREAD = (10, 90)  # percentiles
 GOALS_DEG = ((0.5, 0.5), (2.0, 0.95))  # of foveation: error, and the share that shall be below it
