@@ -81,6 +81,23 @@ def test_a_demo_waits_for_its_own_nets(finished):
     assert "results/smoke/demos/choice.json" in job
 
 
+def test_figures_of_the_vision_nets_wait_for_nets_data_and_errors(finished):
+    told = finished.snakemake("--dry-run", "--forceall").stdout
+    waited = {
+        "saliency": (
+            "data/eyes_foveation/shard0000.h5",
+            "nets/foveation_left/weights.h5",
+            "specs/data/eyes_foveation.json",
+        ),
+        "vision_error": ("nets/vision/errors.h5",),
+        "fig16_vision_training": ("nets/right_arm_vision_left/round0/loss.csv",),
+        "fig22_perception": ("demos/perception/rollout.h5",),
+    }
+    for figure, names in waited.items():
+        job = told[: told.index(f"output: results/smoke/figures/nakada2018/{figure}.png")].rstrip().splitlines()[-1]
+        assert all(f"results/smoke/{name}" in job for name in names), figure
+
+
 def test_a_demo_that_sees_waits_for_its_vision_nets_and_the_loops_plan(finished):
     told = finished.snakemake("--dry-run", "--forceall").stdout
 

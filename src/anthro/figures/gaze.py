@@ -81,6 +81,12 @@ def reaching(rollout: Rollout, trial: np.ndarray) -> tuple[int, np.ndarray]:
     return limb, apart[:, limb]
 
 
+def farthest(rollout: Rollout) -> tuple[np.ndarray, np.ndarray]:
+    """The trial (k,) whose ball is at first farthest from the limb that reaches for it, and their distances (k,), m."""
+    found = [(trial, reaching(rollout, trial)[1]) for trial in trials(rollout)]
+    return max(found, key=lambda one: one[1][np.isfinite(one[1])][0])
+
+
 def approach(distance: np.ndarray, shares: Sequence[float]) -> np.ndarray:
     """Instants at which an effector has so much of its way left.
 

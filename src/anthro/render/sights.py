@@ -21,7 +21,7 @@ IRIS_RADIUS, IRIS_FORWARD = 0.0068, 0.0068  # m: what stands out of the eye's ba
 GAZE_RADIUS = 0.004  # m
 GAZE_LENGTH = 1.0  # m, where there is no ball
 SLOPE_THICKNESS, SLOPE_EDGE = 0.024, 0.006  # m
-NEAR = 1.35  # m from the root bone: a ball's course within it is framed
+NEAR = 1.5  # m from the root bone: a ball's course within it is framed
 
 
 class Sights:
@@ -57,9 +57,13 @@ class Sights:
         balls = [ball.place(place) for ball, place, seen in zip(self._balls, there, shown, strict=True) if seen]
         return [*self._slopes, *balls, *(self._looks(now.others["eyes"][0], there[shown], data) if self._sees else [])]
 
-    def outline(self, root: np.ndarray) -> np.ndarray:
-        """Points (k, 3), m, that a picture holds: slopes, and the balls' ways over them and near the root bone (3,)."""
+    def outline(self, root: np.ndarray, floor: float) -> np.ndarray:
+        """Points (k, 3), m, that a picture holds: slopes, and balls above the floor, over them or near the root bone.
+
+        Balls fall through a floor that their demo does not have.
+        """
         path = self._path[np.isfinite(self._path).all(axis=2)]
+        path = path[path[:, 2] > floor]
         held = np.linalg.norm(path - root, axis=1) < NEAR
         corners = [part.mesh.vertices.astype(float) for part in self._slopes]
         if corners:

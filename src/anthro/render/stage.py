@@ -137,7 +137,7 @@ class Stage:
         points = [
             self._seen(framed_bones(self._model, limbs, self.rollout.props)),
             *(points for _, points in self._strokes),
-            self._sights.outline(self._home),
+            self._sights.outline(self._home, self._floor),
         ]
         if "chair" in self.rollout.props:
             points += [outermost(piece.part.mesh.vertices) + self._home for piece in self._pieces]

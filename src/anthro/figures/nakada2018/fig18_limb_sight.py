@@ -9,19 +9,18 @@ import matplotlib.pyplot as plt
 from anthro import cli, figures
 from anthro.eyes.eye import SIDES
 from anthro.eyes.sight import as_floats
-from anthro.figures.gaze import approach, reaching, read, retinas, trials
+from anthro.figures.gaze import approach, farthest, read, retinas
 from anthro.figures.retina import percept
 
 DEMO = "perception"
 SIZE = (7.0, 4.9)
-SHARES = (0.95, 0.5, 0.0)  # of the way: the arm sets out, is half way there, is nearest
+SHARES = (0.95, 0.5, 0.1)  # of the way that is left: the arm sets out, is half way there, is nearly there
 
 
 def draw(run: Path) -> plt.Figure:
-    """Draw three instants of the first trial of a run's perception demo, a row for each eye."""
+    """Draw three instants of the trial of a run's perception demo with the longest way, a row for each eye."""
     rollout = read(run, DEMO)
-    trial = trials(rollout)[0]
-    _, distance = reaching(rollout, trial)
+    trial, distance = farthest(rollout)
     shown = approach(distance, SHARES)
     figure, axes = plt.subplots(2, len(shown), figsize=SIZE)
     vectors, receptors = as_floats(rollout.others["nerve"][trial[shown]]), retinas(rollout)

@@ -8,21 +8,20 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from anthro import cli, figures
-from anthro.figures.gaze import FOVEA, approach, first, gaze_error, reaching, read, trials
+from anthro.figures.gaze import FOVEA, approach, farthest, first, gaze_error, read
 from anthro.figures.sequence import sequence
 
 DEMO = "perception"
-SHARES = (0.67, 0.33, 0.0)  # of the hand's way
+SHARES = (0.67, 0.33, 0.1)  # of the hand's way that are left
 COLUMNS, TALL = 3, 0.85
 
 
 def draw(run: Path) -> plt.Figure:
-    """Draw the first trial of a run's perception demo: at first, foveated, on the way, nearest, at the end."""
+    """Draw the trial of a run's perception demo with the longest way: at first, foveated, on the way, at the end."""
     rollout = read(run, DEMO)
-    trial = trials(rollout)[0]
+    trial, distance = farthest(rollout)
     foveated = first((gaze_error(rollout)[trial] < FOVEA).all(axis=1), 0)
-    way = approach(reaching(rollout, trial)[1], SHARES)
-    instants = np.sort([0, foveated, *way, len(trial) - 1])
+    instants = np.sort([0, foveated, *approach(distance, SHARES), len(trial) - 1])
     return sequence(rollout, [(trial, instants)], COLUMNS, TALL)
 
 

@@ -13,7 +13,7 @@ from anthro.figures.sequence import sequence
 from anthro.render.rollout import Rollout
 
 DEMO = "cannon"
-SHARES = (0.25, 0.1, 0.0)  # of the ball's way to the limb
+SHARES = (0.27, 0.12, 0.0)  # of the ball's way to the limb
 LATER = 0.12  # s, from the touch to the last frame
 COLUMNS, TALL = 4, 1.05
 ROWS = ("arm", "leg")

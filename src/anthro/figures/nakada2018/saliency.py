@@ -26,7 +26,7 @@ COLUMNS = {  # a data set, the nets that learn from it but for their side, and h
 }
 UNITS = {"foveation": (180 / np.pi, "deg"), "vision": (100.0, "cm")}
 SIZE = (7.2, 4.1)
-SHOWN = (0.5, 99.5)  # percentiles of all values of a unit, between which colours differ
+SHOWN = (2, 99.5)  # percentiles of all values of a unit, between which colours differ
 
 
 def draw(run: Path) -> plt.Figure:

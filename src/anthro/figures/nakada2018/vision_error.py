@@ -13,8 +13,8 @@ from anthro.files import read_shard
 
 LIMBS = {"right_arm": "#0072B2", "left_arm": "#56B4E9", "right_leg": "#D55E00", "left_leg": "#E69F00"}
 EYES = {"left": "#009E73", "right": "#CC79A7"}
-FIELD_DEG, CELL_DEG = 40.0, 8.0
-LEAST = 5  # pictures, of which a median is drawn
+FIELD_DEG, CELL_DEG = 40.0, 10.0
+LEAST = 3  # pictures, of which a median is drawn
 BINS = 9  # of equally many pictures each
 SPREAD = (10, 90)  # percentiles
 GOALS_DEG = ((0.5, 0.5), (2.0, 0.95))  # of foveation: error, and the share that shall be below it
@@ -29,7 +29,7 @@ def read(run: Path) -> dict[str, np.ndarray]:
     UserError
         Naming the file, when it is missing or lacks one.
     """
-    angles = ["foveation_left_error", "foveation_right_error", "foveation_left_direction"]
+    angles = [f"foveation_{eye}_{what}" for eye in EYES for what in ("error", "direction")]
     angles += [f"{limb}_eccentricity" for limb in LIMBS]
     lengths = [f"{limb}_{what}" for limb in LIMBS for what in ("vision_mean_error", "distance")]
     columns, _ = read_shard(Path(run) / "nets" / "vision" / "errors.h5", [*angles, *lengths])
@@ -66,8 +66,9 @@ def draw(run: Path) -> plt.Figure:
     told = read(run)
     figure, axes = plt.subplots(2, 3, figsize=(7.2, 4.7), width_ratios=[1.1, 1, 1])
     field(axes[0, 0], told["foveation_left_direction"], told["foveation_left_error"])
-    away = np.linalg.norm(told["foveation_left_direction"], axis=1)
-    course(axes[0, 1], away, told["foveation_left_error"], "left eye", EYES["left"])
+    for eye, colour in EYES.items():
+        away = np.linalg.norm(told[f"foveation_{eye}_direction"], axis=1)
+        course(axes[0, 1], away, told[f"foveation_{eye}_error"], f"{eye} eye", colour)
     panel(axes[0, 1], "Foveation", "target from gaze (deg)", "error (deg)")
     shares(axes[0, 2], {f"{eye} eye": (told[f"foveation_{eye}_error"], EYES[eye]) for eye in EYES}, GOALS_DEG, "deg")
     for limb, colour in LIMBS.items():
