@@ -22,6 +22,7 @@ from anthro.streams import stream
 CONES = {"red": [1.0, 0.0, 0.0], "green": [0.0, 1.0, 0.0], "blue": [0.0, 0.0, 1.0]}
 REACH = 3.0  # widths at which a receptive field ends
 SPACING = 4  # receptors to whose distance receptors are said to lie apart
+SELDOM = 0.005  # of the median unit's size: units that hardly ever see anything are scaled as if theirs were that
 SAMPLE = 4096  # pairs by which units are scaled
 
 
@@ -71,4 +72,4 @@ def start_retinotopic(network: Network, rows: Rows, spec: TrainingSpec) -> None:
         first.weight.copy_(torch.from_numpy(np.concatenate(weights)))
         inputs, _ = next(rows.batches(np.arange(min(SAMPLE, rows.training)), SAMPLE))
         size = (inputs.cpu() @ first.weight.T).square().mean(dim=0).sqrt()
-        first.weight /= torch.where(size > 0, size, 1.0)[:, None]
+        first.weight /= size.clamp(min=float(SELDOM * size.median()) or 1.0)[:, None]
