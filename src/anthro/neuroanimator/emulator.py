@@ -11,17 +11,7 @@ from anthro.errors import UserError
 from anthro.files import read_shard
 from anthro.motor.network import FeedForward
 from anthro.neuroanimator import kernels
-from anthro.neuroanimator.operators import (
-    FACTORS,
-    ORDERS,
-    Chain,
-    Frame,
-    Inverse,
-    Normalise,
-    StateChange,
-    ToLocal,
-    ToWorld,
-)
+from anthro.neuroanimator.operators import FACTORS, Chain, Frame, Inverse, Normalise, StateChange, ToLocal, ToWorld
 from anthro.neuroanimator.plants.plant import Plant
 
 
@@ -177,7 +167,7 @@ def load_emulator(run: Path, net: str, plant: Plant) -> Emulator:
 
 
 def read_parts(run: Path, net: str) -> tuple[FeedForward, dict]:
-    """Read a trained net of a run, its units in the variables' own order, and its operators' factors.
+    """Read a trained net of a run and its operators' factors.
 
     Raises
     ------
@@ -185,9 +175,6 @@ def read_parts(run: Path, net: str) -> tuple[FeedForward, dict]:
         Naming the file, when one is missing or is not what it should be.
     """
     folder = Path(run) / "neuroanimator"
-    factors, _ = read_shard(folder / "pairs" / net / "operators.h5", FACTORS + ORDERS)
-    told, answered = (np.argsort(factors.pop(name)) for name in ORDERS)
-    trained = FeedForward.load(folder / "nets" / net / "weights.h5", len(told), len(answered))
-    (first, *between, last), (*biases, last_bias) = trained.matrices, trained.biases
-    matrices = [first[:, told], *between, last[answered]]
-    return FeedForward(matrices, [*biases, last_bias[answered]], attrs=trained.attrs), factors
+    factors, _ = read_shard(folder / "pairs" / net / "operators.h5", FACTORS)
+    widths = len(factors["input_mean"]), len(factors["output_mean"])
+    return FeedForward.load(folder / "nets" / net / "weights.h5", *widths), factors

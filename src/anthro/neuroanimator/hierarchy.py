@@ -115,7 +115,8 @@ def load_global(run: Path, steps: int) -> Emulator:
     """Read the emulator of the frames alone, which suffices to learn swimming (Grzeszczuk 1998, Sec. 6)."""
     name, parts = f"dolphin_global_n{steps}", Segments(plant_of("dolphin"))
     network, factors = read_parts(run, name)
-    return Emulator(name, network, Frame("body", parts.rest), factors, parts.variables)
+    variables = tuple(variable for group in parts.groups for variable in group.variables)
+    return Emulator(name, network, Frame("body", parts.rest), factors, variables)
 
 
 class HierarchicalEmulator:

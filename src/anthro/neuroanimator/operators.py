@@ -15,7 +15,6 @@ from numba import njit
 from anthro.neuroanimator import frames
 
 FACTORS = ("input_mean", "input_scale", "output_mean", "output_scale")  # of a network's operators
-ORDERS = ("input_order", "output_order")  # which variable stands at each place of a network's groups
 CONSTANT = 1e-9  # standard deviation under which a group does not vary
 
 

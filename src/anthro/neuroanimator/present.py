@@ -1,7 +1,7 @@
 """Turn a plant's examples into pairs for one network, through its operators (Grzeszczuk 1998, Fig. 9).
 
 ``python -m anthro.neuroanimator.present --spec FILE --examples FILE.h5 --out DIR`` writes ``pairs.h5``, groups of
-variables with zero mean and unit variance, and ``operators.h5``, the means and scales, and where each variable stands.
+variables with zero mean and unit variance, and ``operators.h5``, the means and scales.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from anthro import cli
 from anthro.errors import UserError
 from anthro.files import read_json, read_shard, write_shard
-from anthro.neuroanimator.operators import FACTORS, ORDERS, Chain, Frame, Normalise, StateChange, ToLocal, ToWorld
+from anthro.neuroanimator.operators import FACTORS, Chain, Frame, Normalise, StateChange, ToLocal, ToWorld
 from anthro.neuroanimator.plants import plant_of
 from anthro.neuroanimator.plants.plant import Group, Plant
 from anthro.neuroanimator.sample import COLUMNS
@@ -68,19 +68,8 @@ def raw_pairs(plant: Plant, part: str, examples: dict[str, np.ndarray]) -> tuple
     return ToLocal(frame).apply(np.concatenate([state, driven], axis=1), state), changes
 
 
-def order_of(plant: Plant, part: str, groups: tuple[Group, ...]) -> np.ndarray:
-    """Return for each place of a network's groups which variable stands there, (width,)."""
-    width = sum(group.size for group in groups)
-    order = np.arange(width)
-    if part == "global":
-        variables = Segments(plant).variables
-        named = [name for group in groups for name in group.variables if name in variables]
-        order[: len(variables)] = [variables.index(name) for name in named]
-    return order
-
-
 def present(spec: dict, examples: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return a network's pairs, a column for each group, and its operators' factors in the variables' own order.
+    """Return a network's pairs, a column for each group, and its operators' factors.
 
     Raises
     ------
@@ -99,13 +88,11 @@ def present(spec: dict, examples: dict[str, np.ndarray]) -> tuple[dict[str, np.n
     both = zip(("input", "output"), raw_pairs(plant, spec["part"], examples), (told, answered), names, strict=True)
     for side, values, groups, columns in both:
         sizes = [group.size for group in groups]
-        order = order_of(plant, spec["part"], groups)
-        operator = Normalise.fit(values[:, order], sizes)
-        parts = np.split(operator.apply(values[:, order]), np.cumsum(sizes)[:-1], axis=1)
+        operator = Normalise.fit(values, sizes)
+        parts = np.split(operator.apply(values), np.cumsum(sizes)[:-1], axis=1)
         pairs |= dict(zip(columns, parts, strict=True))
-        back = np.argsort(order)
-        factors |= {f"{side}_mean": operator.mean[back], f"{side}_scale": operator.scale[back], f"{side}_order": order}
-    return pairs, {name: factors[name] for name in FACTORS + ORDERS}
+        factors |= {f"{side}_mean": operator.mean, f"{side}_scale": operator.scale}
+    return pairs, {name: factors[name] for name in FACTORS}
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -18,14 +18,6 @@ COUNT = 6  # segments
 FRAME = 13  # variables of a frame
 LOCAL = 6  # variables of a mass in its segment
 CENTRES = 6 * COUNT  # inputs of a local net that tell of the global motion
-KINDS = (  # groups of the frames' variables in their root's coordinates: name, kind, axes, unit
-    ("place_along", "place", "x", "m"),
-    ("place_across", "place", "yz", "m"),
-    ("attitude", "attitude", "wxyz", "1"),
-    ("velocity_along", "velocity", "x", "m/s"),
-    ("velocity_across", "velocity", "yz", "m/s"),
-    ("spin", "spin", "xyz", "rad/s"),
-)
 PLACE, ATTITUDE, VELOCITY, SPIN = 0, 3 * COUNT, 7 * COUNT, 10 * COUNT  # where each group of frames begins
 
 
@@ -191,10 +183,6 @@ def _centres_all(frames, j, rest, out):
         centres(frames[i], j, rest, out[i])
 
 
-def _named(kind: str, axes: str) -> tuple[str, ...]:
-    return tuple(f"segment {j + 1} {kind} {a}" for j in range(COUNT) for a in axes)
-
-
 class Segments:
     """The operator between a dolphin's 138 variables and its hierarchical ones, invertible.
 
@@ -243,15 +231,11 @@ class Segments:
 
     @property
     def groups(self) -> tuple[Group, ...]:
-        """The frames' variables (78,) in groups: what goes along the body is small, and normalised by itself."""
-        return tuple(Group(name, _named(kind, axes), unit) for name, kind, axes, unit in KINDS)
-
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """The frames' variables (78,) in their own order."""
-        return sum(
-            (_named(*kind) for kind in (("place", "xyz"), ("attitude", "wxyz"), ("velocity", "xyz"), ("spin", "xyz"))),
-            (),
+        """The frames' variables (78,)."""
+        kinds = {"place": ("xyz", "m"), "attitude": ("wxyz", "1"), "velocity": ("xyz", "m/s"), "spin": ("xyz", "rad/s")}
+        return tuple(
+            Group(name, tuple(f"segment {j + 1} {name} {a}" for j in range(COUNT) for a in axes), unit)
+            for name, (axes, unit) in kinds.items()
         )
 
     def split(self, states: np.ndarray, like: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
