@@ -136,6 +136,16 @@ def pendulum() -> Task:
     )
 
 
+def one_go() -> float:
+    """Return what work the pendulum's motors can do without turning back, over the energy that raising the arm takes.
+
+    Below 1, they have to swing. A motor's work is at most its torque times the angle of its joint.
+    """
+    plant, task = plant_of("active_pendulum"), pendulum()
+    lift = plant.energy(task.desired) - plant.energy(task.start)
+    return float(plant.high @ np.abs(task.desired - task.start)[: plant.n_control] / lift)
+
+
 def truck() -> Task:
     """Park beside and ahead of where it stands, heading as before."""
     plant = plant_of("truck")
