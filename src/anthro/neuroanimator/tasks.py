@@ -19,7 +19,7 @@ from anthro.neuroanimator.segments import COUNT, PLACE, Segments
 SUPER_STEP = 50  # physical steps
 LENGTH = 40  # super-steps
 RAISED = 1.6  # rad: the pendulum's arm, straight, above the horizontal
-SWUM = 1.0  # m
+SWUM = 1.5  # m
 SLOW = 4  # super-steps before the landing in which the descent must be slow
 
 
@@ -225,9 +225,9 @@ def dolphin() -> Task:
         smooth=True,
         first=0.3 + 0.1 * np.concatenate([wave, -wave], axis=1),
         effort=0.01,
-        rate=0.3,
+        rate=1.0,
         momentum=0.5,
-        plain_rate=0.3,
+        plain_rate=1.0,
         iterations=20,
         shares={"distance": lambda states: float(SWUM / max(1e-9, (states[-1] - states[0]) @ forward))},
         goal=f"{SWUM:g} m forward",
