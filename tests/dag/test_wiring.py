@@ -15,7 +15,8 @@ def test_every_limb_net_demo_figure_and_ablation_is_made(planned):
     settings = config.load({"scale": "smoke"})
     mirrored = registry.mirrored_nets(settings["left_limbs"])
     trained = registry.NETS.keys() - mirrored
-    bodies = {settings["limbs"][registry.NETS[net].limb]["body"] for net in trained}
+    limbs = {registry.NETS[net].limb for net in trained if registry.NETS[net].role not in config.SIGHT}
+    bodies = {settings["limbs"][limb]["body"] for limb in limbs} | {config.SEES}
     bodies |= {body for demo in registry.DEMOS.values() for body in demo.bodies} | {"zhou2021"}
     wanted = {f"{run}/body/{body}/model.mjb": "body" for body in bodies}
     wanted |= {f"{run}/nets/{net}/weights.h5": "final_net" for net in trained}
@@ -52,8 +53,16 @@ def test_the_neuroanimator_stands_alone(workplace):
 
 
 def test_mirrored_limbs_have_neither_data_nor_training(planned):
-    left = [name for name in planned if "left_" in name and "/demos/" not in name and "/specs/" not in name]
-    assert left and all(planned[name] == "mirror" for name in left)
+    names = [net for limb in registry.LIMBS.values() if limb.mirror_of for net in limb.nets.values()]
+    left = [name for name in planned if any(f"/nets/{net}/" in name for net in names)]
+    assert len(left) == len(names) and all(planned[name] == "mirror" for name in left)
+    datasets = [
+        f"/data/{limb.name}_{role}/"
+        for limb in registry.LIMBS.values()
+        if limb.mirror_of
+        for role in ("voluntary", "reflex")
+    ]
+    assert not [name for name in planned if any(dataset in name for dataset in datasets)]
 
 
 def test_left_limbs_may_be_trained(workplace):
