@@ -71,8 +71,8 @@ def test_a_size_reruns_what_depends_on_it(finished):
 
 
 def test_after_a_kill_only_what_is_missing_is_made(finished):
-    """Killed in the middle of round 1's synthesis: round 0 and the reflex are done and stay."""
-    done = ("/body/", "/specs/", "/round0/", "_reflex/shard")
+    """Killed in the middle of round 1's synthesis: round 0, the reflex, and what eyes and plants made stay."""
+    done = ("/body/", "/specs/", "/round0/", "_reflex/shard", "foveation", "_vision", "/neuroanimator/")
     lost = [name for name in finished.outputs() if not any(part in name for part in done)]
     kept = {name: (finished.folder / name).read_text() for name in lost}
     for name in lost:
