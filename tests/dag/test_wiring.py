@@ -44,7 +44,7 @@ def test_every_limb_net_demo_figure_and_ablation_is_made(planned):
 
 
 def test_the_neuroanimator_stands_alone(workplace):
-    told = workplace.snakemake("--dry-run", "--quiet", "rules", "--", "neuroanimator").stdout
+    told = workplace.snakemake("neuroanimator", "--dry-run", "--quiet", "rules").stdout
     rules = {line.split()[0] for line in told.splitlines() if len(line.split()) == 2 and line.split()[1].isdigit()}
     alone = {"accuracy", "control", "neuroanimator", "neuroanimator_scorecard", "present", "sample", "search", "spec"}
     alone |= {"table2", "train_emulator", "total"}
