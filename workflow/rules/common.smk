@@ -235,3 +235,21 @@ def neuro_rows(run="{run}"):
     parts = [f"accuracy/{plant}" for plant in registry.PLANTS] + ["timing/table2"]
     parts += [f"{stage}/{task}" for stage in ("control", "search") for task in registry.TASKS]
     return [f"results/{run}/neuroanimator/{part}/rows.json" for part in parts]
+
+
+def emulator_files(plants, run="{run}"):
+    """Networks and operators of some plants' emulators."""
+    nets = [name for name, net in registry.EMULATORS.items() if net.plant in plants]
+    files = [[f"nets/{net}/weights.h5", f"pairs/{net}/operators.h5"] for net in nets]
+    return [f"results/{run}/neuroanimator/{path}" for path in sum(files, [])]
+
+
+def examples_of(wildcards):
+    """The examples of a network's plant at its super-step."""
+    net = registry.EMULATORS[wildcards.emulator]
+    return f"results/{wildcards.run}/neuroanimator/data/{net.plant}_n{net.super_step}.h5"
+
+
+def task_files(wildcards):
+    """Networks that a control task is learned through: those of one super-step, but all of them are read at once."""
+    return emulator_files([registry.TASKS[wildcards.task]], wildcards.run)
