@@ -14,7 +14,7 @@ from anthro.body import Body
 from anthro.eyes.eye import RADIUS
 from anthro.eyes.flesh import limb_bones
 from anthro.eyes.layout import Layout
-from anthro.eyes.scene import LIMBS, Scene, sole_height
+from anthro.eyes.scene import SKIN, Scene, sole_height
 from anthro.eyes.sight import Eyes
 from anthro.figures.retina import percept
 from anthro.render.camera import Camera
@@ -81,7 +81,7 @@ def section(axes: plt.Axes, receptors: Layout) -> None:
 
 def body_picture(body: Body, data: mujoco.MjData, eyes: Eyes) -> np.ndarray:
     """A picture (height, width, 3) uint8 of the seated body, its scene and some rays of its eyes."""
-    scene, limbs = eyes.scene, limb_bones(body.model, LIMBS)
+    scene, limbs = eyes.scene, limb_bones(body.model, tuple(SKIN))
     trunk = [
         Part(mesh, data.xmat[bone].reshape(3, 3), data.xpos[bone]).bake()
         for bone, mesh in bones(body.model).items()
