@@ -472,6 +472,7 @@ def test_full_disk_loses_no_finished_epoch(job, capsys, monkeypatch):
             monkeypatch.setattr(os, "replace", full_disk)
 
     monkeypatch.setattr(Training, "run_epoch", counted)
+    monkeypatch.setattr(train_module, "SPARING", 0)
     fails(arguments(arguments_), capsys, "No space left")
     assert sorted(os.listdir(arguments_["state_folder"])) == [checkpoint.STATE]
     monkeypatch.setattr(os, "replace", write)

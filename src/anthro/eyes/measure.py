@@ -2,9 +2,9 @@
 
 ``python -m anthro.eyes.measure --run results/laptop --body results/laptop/body/nakada2018 --out DIR``
 
-Scenes are drawn as those of the data sets, for foveation with the ball within 40 degrees of the gaze, for limbs with
-the ball within reach and foveated by the trained DNNs. A limb is told the mean of both eyes' answers, so this mean is
-what is judged.
+Scenes are drawn as those of the data sets: for foveation with the ball evenly within 40 degrees of the gaze, none of
+them near the fovea by intent; for limbs with the ball within reach and foveated by the trained DNNs. A limb is told the
+mean of both eyes' answers, so this mean is what is judged.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Judge:
 
     def _foveation(self) -> None:
         spec, witness, rng = self._witness(f"{self.eyes}eyes_foveation")
-        source = Foveation(witness, spec, rng)
+        source = Foveation(witness, spec | {"near_share": 0.0}, rng)
         limit = np.deg2rad(spec["field_deg"])
 
         def draw():
