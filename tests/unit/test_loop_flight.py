@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from anthro.loop.flight import GRAVITY, Flight, covariance
 from anthro.loop.meeting import Meeting
-from anthro.loop.percept import Percept
+from anthro.loop.percept import Percept, crossing
 from anthro.loop.plan import loop_plan
 from anthro.world import balls
 from anthro.world.balls import Ball, Balls
@@ -28,11 +28,18 @@ def fallen(place, velocity, time):
     return place + time * (velocity + 0.5 * time * GRAVITY)
 
 
+def seen(place, gap):
+    """Covariance of a place that is told by a limb's vision alone, the limb being ``gap`` m away from it."""
+    way, plan = place - EYES, PLAN.flight
+    distance = np.linalg.norm(way)
+    return covariance(plan, way / distance, distance, plan.near_sd + plan.far_sd * gap)
+
+
 def watched(place, velocity, until, noise=0.0, rng=None):
     flight = Flight(PLAN.flight)
     for time in np.arange(0.3, 0.3 + until, LOOK):
         true = fallen(place, velocity, time - 0.3)
-        spread = covariance(PLAN.flight, EYES, true, np.linalg.norm(true))
+        spread = seen(true, np.linalg.norm(true))
         error = noise * np.linalg.cholesky(spread) @ rng.normal(size=3) if noise else 0.0
         flight.see(time, true + error, spread)
     return flight
@@ -83,7 +90,7 @@ def test_a_bounce_is_noticed_and_what_follows_is_foreseen(noise):
     while len(world.hits) < 1 or world.time < world.hits[0].time + 0.12:
         world.advance(LOOK)
         true = world.position[0]
-        spread = covariance(PLAN.flight, EYES, true, 0.6)
+        spread = seen(true, 0.6)
         flight.see(world.time, true + noise * np.linalg.cholesky(spread) @ rng.normal(size=3), spread)
     foreseen = flight.at(world.time + 0.2)[0]
     world.advance(0.2)
@@ -99,9 +106,35 @@ def test_one_strange_look_is_no_bounce():
     assert flight.bounces == 0
 
 
-def told(time, place):
-    way = place - EYES
-    return Percept(time, np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.tile(way / np.linalg.norm(way), (2, 1)), EYES)
+def told(time, place, blind=False):
+    """What both eyes tell of a place; or only the left one."""
+    centres = EYES + [[0.0, 0.03, 0.0], [0.0, -0.03, 0.0]]
+    ways = place - centres
+    directions = ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    discrepancy = np.array([[0.0, 0.0], [np.nan if blind else 0.0] * 2])
+    return Percept(time, np.zeros((2, 3), np.uint8), discrepancy, directions, EYES, centres)
+
+
+@given(st.tuples(st.floats(0.3, 3.0), number, number).map(np.array))
+def test_lines_of_both_eyes_pass_each_other_where_they_look(place):
+    percept = told(0.0, EYES + place)
+    np.testing.assert_allclose(percept.fixation, EYES + place, atol=1e-8)
+    assert percept.baseline == pytest.approx(0.06)
+    assert told(0.0, EYES + place, blind=True).fixation is None
+    assert crossing(percept.centres, percept.directions * [[1.0], [-1.0]]) is None
+
+
+def test_the_eyes_converge_on_near_balls_and_limbs_tell_of_far_ones():
+    """A limb that errs by 0.2 m moves the estimate little when the ball is near, and much when it is far."""
+    shares = []
+    for distance in (0.4, 1.0, 4.0):
+        meeting, place = Meeting(PLACES, PLAN.flight, PLAN.meeting), EYES + [distance, 0.0, 0.0]
+        meeting.notice(told(0.0, place), np.array([0.5, 0.0, 0.0]), place - [0.3, 0.0, 0.0])
+        shares.append((meeting.estimate - place)[0] / 0.2)
+    assert 0.0 < shares[0] < 0.1 < shares[1] < shares[2] and 0.5 < shares[2] < 1.0
+    meeting.reset()
+    meeting.notice(told(0.0, place, blind=True), np.array([0.5, 0.0, 0.0]), place - [0.3, 0.0, 0.0])
+    assert np.linalg.norm(meeting.estimate - EYES) == pytest.approx(4.2, abs=0.01)
 
 
 PLACES = np.random.default_rng(5).uniform((0.2, -0.6, 0.7), (0.6, 0.0, 1.3), (3000, 3))

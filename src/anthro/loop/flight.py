@@ -2,8 +2,7 @@
 
 Position p and velocity v at the time t0 of the first look are estimated by weighted least squares, kept recursively as
 information matrix and vector: a place z seen at t adds  H^T W (z - g (t - t0)^2 / 2)  with H = [1, (t - t0)] and W the
-inverse covariance of the look. Gravity g is known. Directions are seen better than distances, and distances the worse
-the farther the ball is from the limb, so W depends on both.
+inverse covariance of the look. Gravity g is known. Directions are seen better than distances.
 
 Looks that are too far from the flight, several in a row, tell of a bounce: the fit begins anew from these looks. All
 that is assumed of it beforehand is that it turns falling into rising; where and how steep the surface is stays unknown.
@@ -20,14 +19,10 @@ SPEED, PLACE = slice(3, 6), slice(0, 3)
 FAR = 10.0  # m, standard deviation of the place before anything is seen
 
 
-def covariance(plan: FlightPlan, origin: np.ndarray, place: np.ndarray, gap: float) -> np.ndarray:
-    """Of a place (3,) m seen from an origin (3,) m by a limb that is ``gap`` m away from it: (3, 3) m^2."""
-    line = place - origin
-    distance = np.linalg.norm(line)
-    line = line / max(distance, 1e-9)
-    along = (plan.near_sd + plan.far_sd * gap) ** 2
+def covariance(plan: FlightPlan, direction: np.ndarray, distance: float, doubt: float) -> np.ndarray:
+    """Of a place seen in a unit direction (3,) at a distance that is known to ``doubt``, both m: (3, 3) m^2."""
     across = (np.deg2rad(plan.direction_sd_deg) * distance) ** 2
-    return across * np.eye(3) + (along - across) * np.outer(line, line)
+    return across * np.eye(3) + (doubt**2 - across) * np.outer(direction, direction)
 
 
 class Flight:

@@ -38,12 +38,25 @@ class Meeting:
         self._goal: np.ndarray | None = None
 
     def notice(self, percept: Percept, offset: np.ndarray, effector: np.ndarray) -> None:
-        origin = percept.origin
-        distance = np.linalg.norm(effector + offset - origin)
-        self.estimate = origin + distance * percept.direction
-        spread = covariance(self.flight.plan, origin, self.estimate, float(np.linalg.norm(offset)))
+        distance, doubt = self._distance(percept, offset, effector)
+        self.estimate = percept.origin + distance * percept.direction
+        spread = covariance(self.flight.plan, percept.direction, distance, doubt)
         self.flight.see(percept.time, self.estimate, spread)
         self._goal = self._meet(percept.time, effector)
+
+    def _distance(self, percept: Percept, offset: np.ndarray, effector: np.ndarray) -> tuple[float, float]:
+        """Of the ball from between the eyes, by the limb's vision and by the eyes' convergence: m, and its deviation.
+
+        Each is weighted with its certainty. That of convergence falls with the square of the distance.
+        """
+        plan = self.flight.plan
+        told = [np.linalg.norm(effector + offset - percept.origin)]
+        doubts = [plan.near_sd + plan.far_sd * np.linalg.norm(offset)]
+        if percept.fixation is not None:
+            told.append(np.linalg.norm(percept.fixation - percept.origin))
+            doubts.append(np.deg2rad(plan.convergence_sd_deg) * told[-1] ** 2 / percept.baseline)
+        certainty = np.array(doubts) ** -2.0
+        return float(certainty @ told / certainty.sum()), float(certainty.sum() ** -0.5)
 
     def goal(self) -> np.ndarray | None:
         return self._goal

@@ -34,6 +34,7 @@ class Percept:
     discrepancy : (2, 2) rad, what the foveation DNNs say; NaN of an eye that sees no target.
     directions : (2, 3) unit, from each eye to the target, in the world; None where there is no target.
     origin : (3,) m, between the eyes that see it.
+    centres : (2, 3) m, of the pupils, in the world.
     offsets : by limb (3,) m, from its effector to the target, in the world; of limbs that were asked for.
     """
 
@@ -42,6 +43,7 @@ class Percept:
     discrepancy: np.ndarray
     directions: np.ndarray | None
     origin: np.ndarray
+    centres: np.ndarray
     offsets: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
@@ -49,6 +51,23 @@ class Percept:
         """Mean (3,) of both eyes' directions, unit."""
         mean = self.directions.mean(axis=0)
         return mean / np.linalg.norm(mean)
+
+    @property
+    def baseline(self) -> float:
+        """Distance between the pupils, m."""
+        return float(np.linalg.norm(self.centres[1] - self.centres[0]))
+
+    @property
+    def fixation(self) -> np.ndarray | None:
+        """Where both eyes' lines to the target pass each other (3,) m, in the world; None unless both see it."""
+        return crossing(self.centres, self.directions) if np.isfinite(self.discrepancy).all() else None
+
+
+def crossing(origins: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
+    """The point (3,) m nearest to two lines from origins (2, 3) m along unit directions (2, 3); None if not ahead."""
+    along = np.stack([directions[0], -directions[1]], axis=1)
+    lengths = np.linalg.lstsq(along, origins[1] - origins[0], rcond=None)[0]
+    return (origins + lengths[:, None] * directions).mean(axis=0) if lengths.min() > 0.0 else None
 
 
 def red_receptors(nerve: np.ndarray) -> np.ndarray:
@@ -84,11 +103,11 @@ class Onlooker:
         nerve = as_bytes(eyes.see(data))
         rotation, position = eyes.head(data)
         red = red_receptors(nerve)
+        centres = position + np.array([eye.centre for eye in eyes.eyes]) @ rotation.T
         looking = [k for k in self._open if red[k] >= self._receptors]
         discrepancy = np.full((2, 2), np.nan)
         if not looking:
-            return Percept(time, nerve, discrepancy, None, position)
-        origin = position + rotation @ np.mean([eyes.eyes[k].centre for k in looking], axis=0)
+            return Percept(time, nerve, discrepancy, None, position, centres)
         discrepancy[looking] = self.vision.discrepancy(nerve)[looking]
         turns = [rotation @ eye.rotation(pair) for eye, pair in zip(eyes.eyes, eyes.angles, strict=True)]
         seen = np.array([turns[k] @ _ahead(*discrepancy[k]) for k in looking])
@@ -98,7 +117,7 @@ class Onlooker:
             for limb in limbs:
                 told = self.vision.offsets(limb, nerve)
                 offsets[limb] = np.mean([turns[k] @ told[k] for k in looking], axis=0)
-        return Percept(time, nerve, discrepancy, directions, origin, offsets)
+        return Percept(time, nerve, discrepancy, directions, centres[looking].mean(axis=0), centres, offsets)
 
 
 def _ahead(theta: float, phi: float) -> np.ndarray:

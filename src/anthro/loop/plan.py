@@ -40,6 +40,7 @@ class FlightPlan:
     direction_sd_deg: float
     near_sd: float
     far_sd: float
+    convergence_sd_deg: float
     speed_sd: float
     bounce_sd: float
     bounce_looks: int
