@@ -27,6 +27,7 @@ COLUMNS = {  # a data set, the nets that learn from it but for their side, and h
 UNITS = {"foveation": (180 / np.pi, "deg"), "vision": (100.0, "cm")}
 SIZE = (7.2, 4.1)
 SHOWN = (2, 99.5)  # percentiles of all values of a unit, between which colours differ
+FAINTEST = 1e-4  # of the brightest, or by itself where all are dark
 
 
 def draw(run: Path) -> plt.Figure:
@@ -43,7 +44,7 @@ def draw(run: Path) -> plt.Figure:
     figure, axes = plt.subplots(2, len(COLUMNS), figsize=SIZE)
     for kind, (_, unit) in UNITS.items():
         chosen = [name for name in COLUMNS if name.endswith(kind)]
-        norm = LogNorm(*np.percentile([found[name] for name in chosen], SHOWN), clip=True)
+        norm = _norm([found[name] for name in chosen])
         columns = [list(COLUMNS).index(name) for name in chosen]
         for column, name in zip(columns, chosen, strict=True):
             for row, eye in enumerate(receptors):
@@ -56,6 +57,13 @@ def draw(run: Path) -> plt.Figure:
     for row, side in enumerate(SIDES):
         axes[row, 0].set_ylabel(f"{side} eye")
     return figure
+
+
+def _norm(values: Sequence[np.ndarray]) -> LogNorm:
+    """Colours from the lowest to the highest of what is shown; nets that hardly learned may answer to nothing."""
+    low, high = np.percentile(values, SHOWN)
+    high = max(high, FAINTEST)
+    return LogNorm(max(low, FAINTEST * high), high, clip=True)
 
 
 def _values(run: Path, name: str, net: str, receptors: int) -> np.ndarray:
