@@ -165,8 +165,30 @@ def test_local_error_knows_no_place_and_no_heading(name, seen):
     assert np.abs(accuracy.local_error(plant, moved, states)[0, 1]).max() > 0.01
 
 
+@pytest.mark.parametrize("name", ["truck", "lander", "dolphin"])
+def test_errors_of_single_super_steps_add_up_in_the_plant_itself(name):
+    plant = plant_of(name)
+    states, inputs = accuracy.motions(plant, 50, 3, 2, 7)
+    slip = np.zeros(plant.n_state)
+    slip[0] = 0.01
+
+    def rollout(state, given):
+        force, control = np.split(given[0], [plant.n_force])
+        if name == "truck" and np.array_equal(state, states[1, 2]):
+            raise Diverged("net", "x", state[None])
+        return np.stack([state, plant.step(state, control, force, 50) + slip])
+
+    gap = accuracy.strayed(plant, rollout, states, inputs, 50) - states
+    if name == "dolphin":  # one mass is pushed, the springs bring it back
+        assert gap[0, 1, 0] == pytest.approx(0.01) and np.abs(gap[0, 3, :69]).max() < 0.02
+    else:
+        assert np.allclose(gap[0, :, 0], [0.0, 0.01, 0.02, 0.03]) and np.abs(gap[0, :, 1:]).max() < 1e-9
+    assert np.isfinite(gap[1]).all(axis=1).tolist() == [True, True, True, name != "truck"]
+
+
 def test_rows_of_accuracy_count_divergence_twice_and_compare_strains():
     told = {"mean_error": 0.1, "motion": 2.0, "growth": 4.0, "local_mean_error": 0.01, "local_growth": 1.5}
+    told |= {"plant_growth": 3.9, "plant_local_growth": 1.0}
     told |= {"diverged_end": 0, "diverged_1000": 3, "relative_100": 0.1}
     metrics = {
         "n50": told | {"strain_error_end": 0.05, "strain_error_1000": 1.0},

@@ -2,10 +2,12 @@
 
 After Fig. 12 (Grzeszczuk 1998, Sec. 5.2): the absolute difference between emulated and simulated state, averaged over
 trials and over all state variables, against the physical step. The same of the local state: what the dynamics depend
-on, without places and headings, which an emulator only adds up. Then, as is usual today, the root mean square error
-after 100, 500 and 1,000 super-steps over the standard deviation of each variable of the plant's own motion. Trials
-start at random and are controlled as is typical; those whose emulator diverges count until they do, and how many do is
-told twice: over the steps of Fig. 12, and over 1,000 super-steps.
+on, without places and headings, which an emulator only adds up. What a plant never forgets, such as where a truck
+stands or how fast a lander drifts, adds up whatever error: so that growth is told, too, of the plant itself when the
+emulator's errors of single super-steps are put into it. Then, as is usual today, the root mean square error after 100,
+500 and 1,000 super-steps over the standard deviation of each variable of the plant's own motion. Trials start at random
+and are controlled as is typical; those whose emulator diverges count until they do, and how many do is told twice: over
+the steps of Fig. 12, and over 1,000 super-steps.
 """
 
 from __future__ import annotations
@@ -85,6 +87,28 @@ def emulated(rollout: Callable, states: np.ndarray, inputs: np.ndarray) -> tuple
             ends[trial] = len(error.states) - 1
             found[trial, : len(error.states)] = error.states
     return found, ends
+
+
+def strayed(plant: Plant, rollout: Callable, states: np.ndarray, inputs: np.ndarray, steps: int) -> np.ndarray:
+    """Simulate with the emulator's own errors of single super-steps put in, as `states` (trials, count + 1, n_state).
+
+    Those errors are the emulator's along the true motion. A trial is NaN from where one cannot be told.
+    """
+    width, (trials, count) = plant.n_state, inputs.shape[:2]
+    pairs = np.stack([states[:, :-1], states[:, 1:]], axis=2).reshape(-1, 2, width)
+    singles, _ = emulated(rollout, pairs, inputs.reshape(trials * count, 1, -1))
+    errors = (singles - pairs)[:, 1].reshape(trials, count, width)
+    frame, found = None if plant.frame == "body" else Frame(plant.frame, plant.rest), np.full_like(states, np.nan)
+    force, control = np.split(inputs, [plant.n_force], axis=2)
+    for trial in progress(range(trials), trials, f"{plant.name} strayed"):
+        state = found[trial, 0] = states[trial, 0]
+        for t in range(count):
+            if not np.isfinite(errors[trial, t]).all():
+                break
+            state = plant.step(state, control[trial, t], force[trial, t], steps) + errors[trial, t]
+            state = state if frame is None else frame.settle(state[None])[0]
+            found[trial, t + 1] = state
+    return found
 
 
 def local_error(plant: Plant, found: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -167,8 +191,12 @@ def measure(run: Path, name: str, super_steps: Sequence[int], trials: int, lengt
                 "motion": np.abs(states[:, : shown + 1] - states[:, : shown + 1].mean(axis=(0, 1))).mean(),
             }
             if plant.frame != "fixed":
-                inner = curve(local_error(plant, found[:, : shown + 1], states[:, : shown + 1]))
+                true = states[:, : shown + 1]
+                inner = curve(local_error(plant, found[:, : shown + 1], true))
                 told |= {"local_mean_error": inner[1:].mean(), "local_growth": growth(inner)}
+                astray = strayed(plant, rollout, true, inputs[:, :shown], steps)
+                told |= {"plant_growth": growth(curve(astray - true))}
+                told |= {"plant_local_growth": growth(curve(local_error(plant, astray, true)))}
             for at in HORIZONS:
                 if at <= count:
                     told[f"relative_{at}"] = relative(found - states, states, at)
@@ -197,6 +225,9 @@ def rows_of(name: str, metrics: dict, trials: int, length: int, horizon: int) ->
             rows.append(row(item, "mean absolute error of the local state", told["local_mean_error"], "SI"))
             metric = "error of the local state, last third over the first"
             rows.append(row(item, metric, told["local_growth"], "ratio", BOUNDED, "max", place))
+            metric = "the plant's own growth of the emulator's errors of single super-steps"
+            rows.append(row(item, metric, told["plant_growth"], "ratio"))
+            rows.append(row(item, f"{metric}, local state", told["plant_local_growth"], "ratio"))
         for key, when in lengths.items():
             metric = f"trials of {trials} that diverged in {when}"
             rows.append(row(item, metric, told[f"diverged_{key}"], "1", 0, "max", place if key == "end" else "issue"))
