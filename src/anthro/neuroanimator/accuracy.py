@@ -195,7 +195,8 @@ def measure(run: Path, name: str, super_steps: Sequence[int], trials: int, lengt
                 inner = curve(local_error(plant, found[:, : shown + 1], true))
                 told |= {"local_mean_error": inner[1:].mean(), "local_growth": growth(inner)}
                 astray = strayed(plant, rollout, true, inputs[:, :shown], steps)
-                told |= {"plant_growth": growth(curve(astray - true))}
+                columns[f"{variant}_plant_error"] = curve(astray - true)
+                told |= {"plant_growth": growth(columns[f"{variant}_plant_error"])}
                 told |= {"plant_local_growth": growth(curve(local_error(plant, astray, true)))}
             for at in HORIZONS:
                 if at <= count:

@@ -16,11 +16,11 @@ NAMES = {"n50": "without", "n50_regularised": "five steps after each super-step"
 def draw(run: Path) -> plt.Figure:
     """Draw both against the super-step; a trial counts until its emulator diverges."""
     columns, metrics = read_errors(run, "dolphin")
-    figure, (strain, place) = plt.subplots(1, 2, figsize=(7.0, 2.8))
+    figure, (strain, place) = plt.subplots(1, 2, figsize=(7.0, 3.0))
     for variant, label in NAMES.items():
         strains, error = columns[f"{variant}_strain"], columns[f"{variant}_error"]
         lost = int(max(value for key, value in metrics[variant].items() if key.startswith("diverged")))
-        strain.plot(np.arange(1, len(strains)), 100 * strains[1:], label=f"{label}; {lost} diverge")
+        strain.plot(np.arange(1, len(strains)), 100 * strains[1:], label=f"{label}; trials that diverge: {lost}")
         place.plot(np.arange(len(error)), error, label=label)
     strain.set_ylabel("RMS error of spring strains (%)")
     strain.set_yscale("log")
@@ -30,7 +30,7 @@ def draw(run: Path) -> plt.Figure:
     for axes in (strain, place):
         axes.set_xlabel("super-step (0.5 s)")
         axes.set_xlim(0, None)
-    strain.legend()
+    figure.legend(*strain.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
