@@ -10,6 +10,7 @@ from anthro import registry
 from anthro.errors import UserError
 from anthro.neuroanimator import accuracy, search, timing
 from anthro.neuroanimator.control import Problem, descend
+from anthro.neuroanimator.emulator import Diverged
 from anthro.neuroanimator.film import between
 from anthro.neuroanimator.plants import plant_of
 from anthro.neuroanimator.rows import PAPER
@@ -123,6 +124,84 @@ def test_error_measures_by_hand():
     states = np.array([[[0.0, 5.0], [2.0, 5.0]]])  # deviations of 1 and 0
     assert accuracy.relative(np.array([[[0.0, 0.0], [0.5, 9.0]]]), states, 1) == 0.5
     assert np.isnan(accuracy.relative(np.full((1, 2, 2), np.nan), states, 1))
+
+
+def test_error_grows_by_its_thirds():
+    assert accuracy.growth(np.array([0.0, 1.0, 1.0, 5.0, 5.0, 3.0, 3.0])) == 3.0
+    assert accuracy.growth(np.array([0.0, 2.0])) == 1.0
+
+
+def test_divergence_is_dated_and_cut():
+    def rollout(state, inputs):
+        states = np.zeros((len(inputs) + 1, 1))
+        if state[0] > 0:
+            raise Diverged("net", "x", states[:2])
+        return states
+
+    found, ends = accuracy.emulated(rollout, np.array([[[0.0]] * 4, [[1.0]] * 4]), np.zeros((2, 3, 1)))
+    assert ends.tolist() == [4, 1]
+    assert np.isfinite(found[..., 0]).tolist() == [[True] * 4, [True, True, False, False]]
+
+
+@pytest.mark.parametrize(("name", "seen"), [("truck", 3), ("lander", 9), ("dolphin", 71)])
+def test_local_error_knows_no_place_and_no_heading(name, seen):
+    plant, generator = plant_of(name), np.random.default_rng(0)
+    states = np.array([[plant.step(plant.start(generator), steps=50) for _ in range(3)] for _ in range(2)])
+    states[..., -3:] += 0.1 * generator.normal(size=(2, 3, 3))  # a truck without steering goes straight
+    moved = states.copy()
+    if name == "dolphin":
+        moved[..., :69] += np.tile([5.0, -3.0, 2.0], 23)
+    else:
+        moved[..., :2] += 5.0
+    if name == "truck":
+        moved[..., 2] += 0.7
+        c, s = np.cos(0.7), np.sin(0.7)
+        moved[..., 3:5] = states[..., 3:5] @ np.array([[c, s], [-s, c]])
+    moved[1, 2] = np.nan
+    error = accuracy.local_error(plant, moved, states)
+    assert error.shape == (2, 3, seen)
+    assert np.abs(error[0]).max() < 1e-6 and np.isnan(error[1, 2]).all()
+    moved[0, 1, -1] += 0.3
+    assert np.abs(accuracy.local_error(plant, moved, states)[0, 1]).max() > 0.01
+
+
+@pytest.mark.parametrize("name", ["truck", "lander", "dolphin"])
+def test_errors_of_single_super_steps_add_up_in_the_plant_itself(name):
+    plant = plant_of(name)
+    states, inputs = accuracy.motions(plant, 50, 3, 2, 7)
+    slip = np.zeros(plant.n_state)
+    slip[0] = 0.01
+
+    def rollout(state, given):
+        force, control = np.split(given[0], [plant.n_force])
+        if name == "truck" and np.array_equal(state, states[1, 2]):
+            raise Diverged("net", "x", state[None])
+        return np.stack([state, plant.step(state, control, force, 50) + slip])
+
+    gap = accuracy.strayed(plant, rollout, states, inputs, 50) - states
+    if name == "dolphin":  # one mass is pushed, the springs bring it back
+        assert gap[0, 1, 0] == pytest.approx(0.01) and np.abs(gap[0, 3, :69]).max() < 0.02
+    else:
+        assert np.allclose(gap[0, :, 0], [0.0, 0.01, 0.02, 0.03]) and np.abs(gap[0, :, 1:]).max() < 1e-9
+    assert np.isfinite(gap[1]).all(axis=1).tolist() == [True, True, True, name != "truck"]
+
+
+def test_rows_of_accuracy_count_divergence_twice_and_compare_strains():
+    told = {"mean_error": 0.1, "motion": 2.0, "growth": 4.0, "local_mean_error": 0.01, "local_growth": 1.5}
+    told |= {"plant_growth": 3.9, "plant_local_growth": 1.0}
+    told |= {"diverged_end": 0, "diverged_1000": 3, "relative_100": 0.1}
+    metrics = {
+        "n50": told | {"strain_error_end": 0.05, "strain_error_1000": 1.0},
+        "n50_regularised": told | {"strain_error_end": 0.06, "strain_error_1000": 0.01},
+    }
+    rows = [judge(row) for row in accuracy.rows_of("dolphin", metrics, 30, 6000, 1000)]
+    status = {row["metric"]: row["status"] for row in rows}
+    assert status["trials of 30 that diverged in 6000 steps"] == "pass"
+    assert status["trials of 30 that diverged in 1000 super-steps"] == "miss"
+    assert status["error of the last third over the first"] == "miss"
+    assert status["error of the local state, last third over the first"] == "pass"
+    assert status["strain error with over without regularisation after 6000 steps"] == "near"
+    assert status["strain error with over without regularisation after 1000 super-steps"] == "pass"
 
 
 def test_rows_of_timing_stand_beside_table_2():

@@ -11,6 +11,7 @@ from anthro.files import read_json, read_shard, write_json, write_shard
 from anthro.learn.train import main as train_main
 from anthro.learn.train import train
 from anthro.motor.network import FeedForward
+from anthro.neuroanimator import hierarchy
 from anthro.neuroanimator.emulator import Diverged, Emulator, load_emulator
 from anthro.neuroanimator.hierarchy import HierarchicalEmulator
 from anthro.neuroanimator.operators import Frame
@@ -163,6 +164,25 @@ def test_the_hierarchy_compiled_goes_as_in_a_batch_and_holds_together_when_regul
     assert strain(held).mean() < 0.9 * strain(free).mean()
 
 
+def test_regularisation_relaxes_springs_and_leaves_the_motion_alone():
+    plant, generator = plant_of("dolphin"), np.random.default_rng(0)
+    x, v = plant.points + 0.02 * generator.normal(size=(23, 3)), generator.normal(size=(23, 3))
+    springs = plant.pairs, plant.owner, plant.lengths, hierarchy.SOFTER * plant.stiffness
+    shortening, count = np.zeros(6), hierarchy.REGULARISATIONS
+
+    def gaps(points):
+        lengths = np.linalg.norm(points[plant.pairs[:, 1]] - points[plant.pairs[:, 0]], axis=1)
+        return np.abs(lengths / plant.lengths - 1).mean()
+
+    places, speeds = x.copy(), v.copy()
+    hierarchy._regularise(places, speeds, shortening, plant.mass, *springs, count)
+    assert gaps(places) < 0.9 * gaps(x) and speeds.std() < v.std()
+    assert np.allclose(plant.mass @ places, plant.mass @ x) and np.allclose(plant.mass @ speeds, plant.mass @ v)
+    still = np.zeros((23, 3))
+    hierarchy._regularise(x, still, shortening, plant.mass, *springs, count)
+    assert not still.any(), "springs leave no velocity behind"
+
+
 def test_a_diverging_rollout_names_super_step_and_variable():
     emulator, rest = random_emulator("truck")
     with pytest.raises(Diverged, match=r"truck: the rollout diverges at super-step 0: variable 3") as caught:
@@ -226,7 +246,7 @@ def trained(tmp_path_factory):
     """A truck's emulator of a small run, made by the command lines of its stages."""
     run = tmp_path_factory.mktemp("run")
     folder, spec = run / "neuroanimator", config.emulator_spec(SMOKE, "truck_n50") | {"epochs": 2, "searches": 30}
-    write_json(run / "data.json", config.plant_spec(SMOKE, "truck", 50))
+    write_json(run / "data.json", config.plant_spec(SMOKE, "truck", 50) | {"seconds": 20})  # few, so many short ones
     write_json(run / "net.json", spec)
     sample_main(["--spec", f"{run / 'data.json'}", "--out", f"{run / 'truck.h5'}"])
     pairs = folder / "pairs" / "truck_n50"

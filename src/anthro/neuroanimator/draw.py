@@ -37,6 +37,7 @@ class View:
 
 ASLANT = View(-1.2, 0.25)
 BESIDE = View(-1.35, 0.3)
+GROUND = ((-14, -60), (-14, 60), (14, 60), (14, -60))  # m towards the eye and to the right: the strip that is drawn
 
 
 def pendulum(axes: Axes, plant: Pendulum, state: np.ndarray, colour: str, alpha: float = 1.0) -> None:
@@ -128,8 +129,9 @@ def scene(axes: Axes, task: str, states: np.ndarray, wide: float) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     if task == "lander":
-        corners = np.array([[x, y, 0.0] for x, y in ((-60, -4), (60, -4), (60, 12), (-60, 12))])
-        axes.add_patch(Polygon(ASLANT.project(corners)[0], color="#DDDDDD", linewidth=0, zorder=0))
+        c, s = np.cos(ASLANT.azimuth), np.sin(ASLANT.azimuth)
+        corners = [[c * near - s * side, s * near + c * side, 0.0] for near, side in GROUND]
+        axes.add_patch(Polygon(ASLANT.project(np.array(corners))[0], color="#DDDDDD", linewidth=0, zorder=0))
 
 
 DRAWN = {"pendulum": pendulum, "truck": drive, "lander": land, "dolphin": swim}

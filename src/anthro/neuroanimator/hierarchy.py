@@ -25,20 +25,29 @@ from anthro.neuroanimator.segments import Segments
 
 REGULARISATIONS = 5  # explicit Euler steps after each super-step
 SOFTER = 0.1  # of the plant's stiffness, so that an explicit step is stable
-DAMPING = 10.0  # N s/m, for the same reason less than the plant's own
+DAMPING = 30.0  # N s/m, less than the plant's, with which an explicit step is not stable
 
 
 @njit(cache=True)
 def _regularise(x, v, contraction, mass, pairs, owner, rest, stiffness, count):
-    """Let springs pull masses (23, 3) back, explicitly; the motion itself is left to the emulator, in place."""
-    force, before = np.empty((NODES, 3)), v.copy()
+    """Regularise places and velocities (23, 3) by explicit Euler steps of springs and dampers, in place.
+
+    Springs pull places back from rest, dampers slow how masses move against each other. Forces of springs do
+    not stay in the velocities, and the motion as a whole is left to the emulator, which has made both already.
+    """
+    force, back, slack = np.empty((NODES, 3)), np.zeros((NODES, 3)), np.zeros(len(pairs))
     for _ in range(count):
         force[:] = 0.0
-        spring_forces(x, v, contraction, pairs, owner, rest, stiffness, DAMPING, force)
+        spring_forces(x, back, contraction, pairs, owner, rest, stiffness, DAMPING, force)
+        for i in range(NODES):
+            for a in range(3):
+                back[i, a] += STEP * force[i, a] / mass[i]
+                x[i, a] += STEP * back[i, a]
+        force[:] = 0.0
+        spring_forces(x, v, contraction, pairs, owner, rest, slack, DAMPING, force)
         for i in range(NODES):
             for a in range(3):
                 v[i, a] += STEP * force[i, a] / mass[i]
-                x[i, a] += STEP * (v[i, a] - before[i, a])
 
 
 @njit(cache=True)

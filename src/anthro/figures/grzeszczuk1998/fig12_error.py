@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 
 from anthro import cli
 from anthro.figures import command
-from anthro.figures.grzeszczuk1998.errors import panel
+from anthro.figures.grzeszczuk1998.errors import panel, units
 
 
 def draw(run: Path) -> plt.Figure:
@@ -15,7 +15,8 @@ def draw(run: Path) -> plt.Figure:
     figure, table = plt.subplots(1, 2, figsize=(7.0, 2.8), sharey=True)
     for axes, plant in zip(table, ("passive_pendulum", "active_pendulum"), strict=True):
         panel(axes, run, plant)
-    table[0].set_ylabel("mean absolute error (rad, rad/s)")
+    table[0].set_ylim(0, None)  # once both have been drawn, as they share it
+    table[0].set_ylabel(f"mean absolute error ({units(plant)})")
     return figure
 
 

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 
 from anthro import cli
 from anthro.figures import command
-from anthro.figures.grzeszczuk1998.errors import panel
+from anthro.figures.grzeszczuk1998.errors import panel, units
 
 PLANTS = ("forced_pendulum", "truck", "lander", "dolphin")
 
@@ -17,7 +17,8 @@ def draw(run: Path) -> plt.Figure:
     figure, table = plt.subplots(2, 2, figsize=(7.0, 4.6))
     for axes, plant in zip(table.flat, PLANTS, strict=True):
         panel(axes, run, plant)
-        axes.set_ylabel("mean absolute error (SI)")
+        axes.set_ylim(0, None)
+        axes.set_ylabel(f"mean error ({units(plant)})")
     return figure
 
 

@@ -22,10 +22,12 @@ def draw(run: Path) -> plt.Figure:
         ):
             line = axes.plot(told[key], label=f"{label}, rate {rate:g}")[0]
             if reached is not None:
-                axes.plot(reached, told[key][reached], "o", color=line.get_color(), markersize=5)
+                axes.plot(reached, told[key][reached], "o", color=line.get_color(), markersize=5, clip_on=False)
         axes.set_title(name)
         axes.set_xlabel("iteration")
         axes.set_xlim(0, task.iterations)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
         axes.legend(fontsize=6, loc="upper right")
     table[0].set_ylabel("objective (less is better)")
     return figure

@@ -31,8 +31,9 @@ def draw(run: Path) -> plt.Figure:
         axes.set_ylabel(label)
         axes.set_xticks(np.arange(len(TASKS)), TASKS)
     handles = [plt.Line2D([], [], color=f"C{n}", marker="o", linestyle="") for n in range(len(methods))]
+    handles.append(plt.Line2D([], [], color="0.4", marker="o", markerfacecolor="white", linestyle=""))
     names = [method.replace("_", "-").replace("cma-es", "CMA-ES") for method in methods]
-    figure.legend(handles, names, loc="outside lower center", ncols=len(methods))
+    figure.legend(handles, [*names, "goal not reached"], loc="outside lower center", ncols=len(handles))
     return figure
 
 
