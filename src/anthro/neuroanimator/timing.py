@@ -1,7 +1,7 @@
 """Table 2 measured anew: ``python -m anthro.neuroanimator.timing --run DIR --out DIR``, on one core, in one run.
 
-Each model is simulated for 20,000 physical steps and emulated for as long, in turns, several rounds; medians count. They
-are animations of 20 s, one after the other, as longer ones with inputs held would leave what emulators know.
+Each model is simulated for 20,000 physical steps and emulated for as long, in turns, several rounds; medians count.
+These are animations of 20 s, one after the other: longer ones with inputs held would leave what emulators know.
 Simulators are those of the plants: MuJoCo as it is today, and for the dolphin the semi-implicit integrator of 1998
 (banded Cholesky, compiled). Both sides run compiled, with inputs held: nothing of Python is in a step. Emulators run
 one trajectory at a time (Grzeszczuk 1998, App. C), and 1,024 at once, whose time is told for each of them.
