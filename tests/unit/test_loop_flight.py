@@ -112,7 +112,7 @@ def told(time, place, blind=False):
     ways = place - centres
     directions = ways / np.linalg.norm(ways, axis=1, keepdims=True)
     discrepancy = np.array([[0.0, 0.0], [np.nan if blind else 0.0] * 2])
-    return Percept(time, np.zeros((2, 3), np.uint8), discrepancy, directions, EYES, centres)
+    return Percept(time, np.zeros((2, 3), np.uint8), discrepancy, directions, centres)
 
 
 @given(st.tuples(st.floats(0.3, 3.0), number, number).map(np.array))

@@ -24,6 +24,7 @@ from anthro.eyes.synthesize import Foveation, LimbVision, synthesize
 from anthro.eyes.vision import Vision
 from anthro.eyes.witness import Witness
 from anthro.files import read_json, write_json, write_shard
+from anthro.motor.senses import direction
 from anthro.runcard import RunCard
 from anthro.streams import stream
 
@@ -38,13 +39,9 @@ RATE = 400.0  # pairs/s a core, at least, for foveation
 
 def angle_between(told: np.ndarray, true: np.ndarray) -> np.ndarray:
     """Angles (n,), rad, between directions given by theta and phi (n, 2), rad."""
-    chord = np.linalg.norm(_ahead(told) - _ahead(true), axis=1)
+    told, true = (direction(*np.asarray(angles, float).T) for angles in (told, true))
+    chord = np.linalg.norm(told - true, axis=0)
     return 2 * np.arcsin(np.clip(chord / 2, 0, 1))
-
-
-def _ahead(angles: np.ndarray) -> np.ndarray:
-    theta, phi = np.asarray(angles, float).T
-    return np.stack([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)], axis=1)
 
 
 class Judge:

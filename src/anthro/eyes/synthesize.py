@@ -24,6 +24,7 @@ from anthro.eyes.vision import RED, Vision, gaze_command, seen_from
 from anthro.eyes.witness import COLOURS, Witness
 from anthro.files import digest, read_json, write_shard
 from anthro.motor.network import FeedForward
+from anthro.motor.senses import direction
 from anthro.progress import progress
 from anthro.streams import stream
 
@@ -52,14 +53,14 @@ class Foveation:
         witness.show(COLOURS[rng.integers(len(COLOURS))])
         witness.pose(spec["posture_share"], rng)
         gaze = np.deg2rad(rng.uniform(*np.transpose(spec["gaze_deg"])))
-        looked_at = _log_uniform(spec["distance"], rng) * _ahead(gaze)
+        looked_at = _log_uniform(spec["distance"], rng) * direction(*gaze)
         angles = [eye.angles_to(looked_at) for eye in witness.eyes.eyes]
         witness.eyes.reset(angles + np.deg2rad(rng.normal(0.0, spec["gaze_spread_deg"], (2, 2))))
         aside = np.deg2rad(spec["field_deg"]) * rng.uniform(-1.0, 1.0, 2)
         if rng.random() < spec["near_share"]:
             aside *= rng.random() ** 3
         eye = witness.eyes.eyes[0]
-        point = _log_uniform(spec["distance"], rng) * _ahead(gaze_command(eye, gaze, aside))
+        point = _log_uniform(spec["distance"], rng) * direction(*gaze_command(eye, gaze, aside))
         witness.ball.place(witness.in_world(point))
         if witness.on_ball().min() < spec["least_receptors"]:
             return None
@@ -109,12 +110,6 @@ class LimbVision:
         """Turn the eyes once to where their DNNs say that the ball is."""
         eyes, told = self.witness.eyes, self.vision.discrepancy(self.witness.look())
         eyes.reset([gaze_command(*each) for each in zip(eyes.eyes, eyes.angles, told, strict=True)])
-
-
-def _ahead(angles: np.ndarray) -> np.ndarray:
-    """Unit vector (3,) at theta, phi (2,), rad."""
-    theta, phi = angles
-    return np.array([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)])
 
 
 def _log_uniform(bounds, rng: np.random.Generator) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from anthro.eyes.eye import SIDES, Eye
+from anthro.motor import senses
 from anthro.motor.network import FeedForward
 
 BALL_RADIUS = 0.05  # m, of the balls that the vision DNNs know
@@ -74,10 +75,7 @@ def gaze_command(eye: Eye, angles: np.ndarray, discrepancy: np.ndarray) -> np.nd
     discrepancy : ndarray (2,)
         Theta and phi of the target in the eye's frame, rad. At phi = 0 they add to `angles`.
     """
-    theta, phi = discrepancy
-    ahead = np.array([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)])
-    x, y, z = eye.rotation(angles) @ ahead
-    return np.array([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
+    return senses.angles(eye.rotation(angles) @ senses.direction(*discrepancy))
 
 
 def seen_from(eye: Eye, angles: np.ndarray, point: np.ndarray) -> np.ndarray:
@@ -85,5 +83,4 @@ def seen_from(eye: Eye, angles: np.ndarray, point: np.ndarray) -> np.ndarray:
 
     The inverse of `gaze_command` for a point: what the foveation DNNs learn.
     """
-    x, y, z = (np.asarray(point, float) - eye.centre) @ eye.rotation(angles)
-    return np.array([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
+    return senses.angles((np.asarray(point, float) - eye.centre) @ eye.rotation(angles))

@@ -49,11 +49,11 @@ class Meeting:
 
         Each is weighted with its certainty. That of convergence falls with the square of the distance.
         """
-        plan = self.flight.plan
+        plan, fixation = self.flight.plan, percept.fixation
         told = [np.linalg.norm(effector + offset - percept.origin)]
         doubts = [plan.near_sd + plan.far_sd * np.linalg.norm(offset)]
-        if percept.fixation is not None:
-            told.append(np.linalg.norm(percept.fixation - percept.origin))
+        if fixation is not None:
+            told.append(np.linalg.norm(fixation - percept.origin))
             doubts.append(np.deg2rad(plan.convergence_sd_deg) * told[-1] ** 2 / percept.baseline)
         certainty = np.array(doubts) ** -2.0
         return float(certainty @ told / certainty.sum()), float(certainty.sum() ** -0.5)

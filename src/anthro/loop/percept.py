@@ -18,6 +18,7 @@ import numpy as np
 
 from anthro.eyes.sight import Eyes, as_bytes
 from anthro.eyes.vision import Vision
+from anthro.motor.senses import direction
 
 REDDER = 2  # red over the larger of green and blue: nothing but a red ball has as much, which has 10
 DARK = 30  # bytes of red, below which no colour is told
@@ -33,7 +34,6 @@ class Percept:
     nerve : (2, n) uint8, optic nerve vectors of the left and the right eye.
     discrepancy : (2, 2) rad, what the foveation DNNs say; NaN of an eye that sees no target.
     directions : (2, 3) unit, from each eye to the target, in the world; None where there is no target.
-    origin : (3,) m, between the eyes that see it.
     centres : (2, 3) m, of the pupils, in the world.
     offsets : by limb (3,) m, from its effector to the target, in the world; of limbs that were asked for.
     """
@@ -42,7 +42,6 @@ class Percept:
     nerve: np.ndarray
     discrepancy: np.ndarray
     directions: np.ndarray | None
-    origin: np.ndarray
     centres: np.ndarray
     offsets: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -51,6 +50,11 @@ class Percept:
         """Mean (3,) of both eyes' directions, unit."""
         mean = self.directions.mean(axis=0)
         return mean / np.linalg.norm(mean)
+
+    @property
+    def origin(self) -> np.ndarray:
+        """Between the pupils of the eyes that see the target (3,) m."""
+        return self.centres[np.isfinite(self.discrepancy).all(axis=1)].mean(axis=0)
 
     @property
     def baseline(self) -> float:
@@ -107,19 +111,14 @@ class Onlooker:
         looking = [k for k in self._open if red[k] >= self._receptors]
         discrepancy = np.full((2, 2), np.nan)
         if not looking:
-            return Percept(time, nerve, discrepancy, None, position, centres)
+            return Percept(time, nerve, discrepancy, None, centres)
         discrepancy[looking] = self.vision.discrepancy(nerve)[looking]
         turns = [rotation @ eye.rotation(pair) for eye, pair in zip(eyes.eyes, eyes.angles, strict=True)]
-        seen = np.array([turns[k] @ _ahead(*discrepancy[k]) for k in looking])
+        seen = np.array([turns[k] @ direction(*discrepancy[k]) for k in looking])
         directions = seen if len(seen) == 2 else seen.repeat(2, axis=0)
         offsets = {}
         if np.abs(discrepancy[looking]).max() <= self._foveated:
             for limb in limbs:
                 told = self.vision.offsets(limb, nerve)
                 offsets[limb] = np.mean([turns[k] @ told[k] for k in looking], axis=0)
-        return Percept(time, nerve, discrepancy, directions, centres[looking].mean(axis=0), centres, offsets)
-
-
-def _ahead(theta: float, phi: float) -> np.ndarray:
-    """Unit vector (3,) at angles in rad of an eye's frame."""
-    return np.array([np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)])
+        return Percept(time, nerve, discrepancy, directions, centres, offsets)

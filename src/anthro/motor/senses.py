@@ -45,7 +45,7 @@ def angles(direction) -> np.ndarray:
 
 
 def direction(azimuth: float, elevation: float) -> np.ndarray:
-    """Unit vector (3,) of an azimuth (to the left) and an elevation in rad."""
+    """Unit vector (3,), or (3, n), of an azimuth (to the left) and an elevation in rad, or of n."""
     return np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
 
 

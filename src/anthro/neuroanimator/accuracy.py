@@ -231,7 +231,7 @@ def rows_of(name: str, metrics: dict, trials: int, length: int, horizon: int) ->
             rows.append(row(item, f"{metric}, local state", told["plant_local_growth"], "ratio"))
         for key, when in lengths.items():
             metric = f"trials of {trials} that diverged in {when}"
-            rows.append(row(item, metric, told[f"diverged_{key}"], "1", 0, "max", place if key == "end" else "issue"))
+            rows.append(row(item, metric, told[f"diverged_{key}"], "1", 0, "max", place if key == "end" else "project"))
         for at in HORIZONS:
             if f"relative_{at}" in told:
                 rows.append(row(item, f"relative RMSE after {at} super-steps", told[f"relative_{at}"], "ratio"))

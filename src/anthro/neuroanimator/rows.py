@@ -9,7 +9,7 @@ from anthro.files import write_json, write_shard
 PAPER = "grzeszczuk1998"
 
 
-def row(item: str, metric: str, value, unit: str, target=None, sense: str = "info", source: str = "issue") -> dict:
+def row(item: str, metric: str, value, unit: str, target=None, sense: str = "info", source: str = "project") -> dict:
     """One row; ``sense`` says on which side of the target is good."""
     value = None if value is None else float(value)
     keys = ("paper", "item", "metric", "value", "unit", "target", "sense", "source")

@@ -88,9 +88,8 @@ def calls_of(run: Path, name: str, steps: int, seed: int) -> dict[str, Callable]
 
 def measure(run: Path, steps: int, rounds: int, seed: int) -> dict[str, dict[str, float]]:
     """Median seconds of each model's simulation and emulations; a batch's by trajectory."""
-    found = {}
+    found, length = {}, min(steps, ANIMATION)
     for name in progress(PAPER, len(PAPER), "models"):
-        length = min(steps, ANIMATION)
         calls, times = calls_of(run, name, length, seed), {}
         for call in calls.values():
             call()  # compiles, and fills the caches
