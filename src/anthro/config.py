@@ -109,10 +109,15 @@ def role_of(dataset: str) -> str:
 
 
 def sizes_of(settings: Mapping, dataset: str) -> dict:
-    """Return the scale's sizes for a data set: those of its limb's region, or of sight."""
-    if role_of(dataset) in SIGHT:
-        return settings["sizes"]["sight"]
-    return settings["sizes"]["limbs"][settings["limbs"][dataset.rpartition("_")[0]]["region"]]
+    """Return the scale's sizes for a data set: those of its limb's region, or of sight (limb vision: by region too)."""
+    role = role_of(dataset)
+    limb = settings["data"][dataset].get("limb", dataset.removesuffix(f"_{role}"))
+    if role not in SIGHT:
+        return settings["sizes"]["limbs"][settings["limbs"][limb]["region"]]
+    sizes = settings["sizes"]["sight"]
+    if role == "vision":
+        return sizes | {role: sizes[role][settings["limbs"][limb]["region"]]}
+    return sizes
 
 
 def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:

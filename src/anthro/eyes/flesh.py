@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
 from anthro.render.mesh import Mesh, join, make_mesh, move
@@ -17,6 +18,7 @@ DENSITY = 1050.0  # kg/m^3, of limbs as a whole (Winter 2009, Table 4.1: 1.05 to
 SKIN = 0.002  # m: no bone lies closer to its surface
 BELLY, ENDS = 0.35, 0.25  # where along the segment the belly lies; growth at the ends beside that of the belly
 OUTERMOST = 400  # points by which a bone's hull is told
+THICKEST = 0.2  # m: no bone needs so much around it
 PRECISION = 2e-4  # m
 GRAIN = 3  # triangles a side of each face of the octahedron by which hulls are grown
 
@@ -92,11 +94,11 @@ def grown(points: np.ndarray, volume: float, begin: np.ndarray, end: np.ndarray,
         depth = np.maximum(most * share, SKIN)
         return (points[:, None] + depth[:, None, None] * directions).reshape(-1, 3)
 
-    low, high = 0.0, 0.2
-    while high - low > PRECISION:
-        middle = (low + high) / 2
-        low, high = (middle, high) if ConvexHull(cloud(middle)).volume < volume else (low, middle)
-    return _hull_mesh(cloud(low), colour)
+    def lacking(most: float) -> float:
+        return volume - ConvexHull(cloud(most)).volume
+
+    most = 0.0 if lacking(0.0) <= 0 else brentq(lacking, 0.0, THICKEST, xtol=PRECISION)
+    return _hull_mesh(cloud(most), colour)
 
 
 def ball_directions(grain: int) -> np.ndarray:
