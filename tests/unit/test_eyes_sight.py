@@ -15,6 +15,7 @@ from anthro.eyes.flesh import DENSITY, ball_directions, flesh, grown, limb_bones
 from anthro.eyes.layout import Layout, layout
 from anthro.eyes.scene import BACKGROUND, SKIN, Scene, sole_height
 from anthro.eyes.sight import Eyes, as_bytes, as_floats, nerve, rays
+from anthro.render import kernels
 from anthro.render.camera import Camera
 from anthro.render.mesh import join, linear_rgb, make_mesh, move, sphere
 from anthro.render.parts import Ball, Part, Rays
@@ -212,6 +213,23 @@ def test_balls_are_hit_where_quadratic_equations_say(seed):
     assert np.allclose(hits.distance[met], expected[met], atol=2e-4)
     assert (hits.normal[met] * ways[met]).sum(axis=1).max(initial=-1) <= 1e-6
     assert np.array_equal(occluded([Ball(radius, WHITE, centre)], origins, ways)[sure], (hits.part >= 0)[sure])
+
+
+@given(st.integers(0, 10_000))
+def test_rays_pass_a_ball_where_they_come_near_its_middle_on_their_way(seed):
+    """The way of a ray up to its reach comes within the radius; what ends a hair before or beyond is let be."""
+    rng = np.random.default_rng(seed)
+    centre, radius = rng.uniform(-1, 1, 3).astype(np.float32), np.float32(rng.uniform(0.05, 1.0))
+    origins, ways = rng.uniform(-2, 2, (200, 3)), rng.normal(size=(200, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    reach = np.where(rng.random(200) < 0.3, 0.0, rng.uniform(0.1, 6.0, 200)).astype(np.float32)
+    rays_ = Rays(origins, ways, reach)
+    kernels.pass_ball(rays_.columns, reach, centre, radius, rays_.passing)
+    along = np.clip(((centre - origins) * ways).sum(axis=1), 0.0, None)
+    apart = np.linalg.norm(origins + along[:, None] * ways - centre, axis=1)
+    passes = (apart < radius) & (along - radius < reach)
+    sure = (np.abs(apart - radius) > 1e-4) & (np.abs(along - radius - reach) > 1e-4)
+    np.testing.assert_array_equal(rays_.passing[sure].astype(bool), passes[sure])
 
 
 def test_rays_that_look_no_more_are_left_alone():

@@ -9,9 +9,10 @@ from anthro.errors import UserError
 from anthro.eyes import synthesize
 from anthro.eyes.measure import angle_between
 from anthro.eyes.vision import RED, Vision, gaze_command, seen_from
-from anthro.eyes.witness import Witness
+from anthro.eyes.witness import Witness, before
 from anthro.files import read_shard, write_json
 from anthro.motor.network import FeedForward
+from anthro.render.parts import Ball
 from anthro.render.raytrace import intersect
 from anthro.streams import stream
 
@@ -75,6 +76,16 @@ def test_receptors_on_the_ball_are_those_whose_rays_meet_it_first(witness, spec)
         wanted = (hits.part == len(parts) - 1).reshape(2, -1).sum(axis=1)
         assert witness.on_ball().tolist() == wanted.tolist()
         assert wanted.min() >= 3
+
+
+def test_what_may_hide_a_ball_lies_near_the_way_to_it():
+    """From the origin to a ball 2 m ahead: beside it, beyond it and behind are no matter."""
+    seen = Ball(0.05, RED, (2.0, 0.0, 0.0))
+    hiding = [Ball(0.1, RED, (1.0, 0.12, 0.0)), Ball(0.1, RED, (-0.12, 0.0, 0.0)), Ball(0.1, RED, (2.1, 0.0, 0.0))]
+    aside = [Ball(0.1, RED, (1.0, 0.2, 0.0)), Ball(0.1, RED, (-0.2, 0.0, 0.0)), Ball(0.1, RED, (2.2, 0.0, 0.0))]
+    assert before([*hiding, *aside], np.zeros((1, 3)), seen) == hiding
+    assert before(aside, np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), seen) == []
+    assert before(aside[:1], np.array([[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]]), seen) == aside[:1]
 
 
 def test_a_ball_behind_the_head_is_not_seen(witness):

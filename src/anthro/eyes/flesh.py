@@ -6,6 +6,8 @@ belly lies than at its ends (estimated), so that joints stay slender. What moves
 
 from __future__ import annotations
 
+from functools import cache
+
 import mujoco
 import numpy as np
 from scipy.optimize import brentq
@@ -90,15 +92,17 @@ def grown(points: np.ndarray, volume: float, begin: np.ndarray, end: np.ndarray,
     share = ENDS + (1 - ENDS) * np.sin(np.pi * along ** (np.log(0.5) / np.log(BELLY)))
     directions = ball_directions(GRAIN)
 
-    def cloud(most: float) -> np.ndarray:
+    @cache
+    def hull(most: float) -> ConvexHull:
         depth = np.maximum(most * share, SKIN)
-        return (points[:, None] + depth[:, None, None] * directions).reshape(-1, 3)
+        return ConvexHull((points[:, None] + depth[:, None, None] * directions).reshape(-1, 3))
 
     def lacking(most: float) -> float:
-        return volume - ConvexHull(cloud(most)).volume
+        """By how much too short an edge is of a cube that holds as much: about linear, unlike the volume."""
+        return np.cbrt(volume) - np.cbrt(hull(most).volume)
 
     most = 0.0 if lacking(0.0) <= 0 else brentq(lacking, 0.0, THICKEST, xtol=PRECISION)
-    return _hull_mesh(cloud(most), colour)
+    return _hull_mesh(hull(most), colour)
 
 
 def ball_directions(grain: int) -> np.ndarray:
@@ -127,12 +131,11 @@ def _few(points: np.ndarray) -> np.ndarray:
     return points[np.unique(np.argmax(points @ ball_directions(9).T, axis=0))]
 
 
-def _hull_mesh(points: np.ndarray, colour: np.ndarray) -> Mesh:
+def _hull_mesh(hull: ConvexHull, colour: np.ndarray) -> Mesh:
     """A hull as a mesh whose faces turn outwards."""
-    hull = ConvexHull(points)
-    index = np.full(len(points), -1)
+    index = np.full(len(hull.points), -1)
     index[hull.vertices] = np.arange(len(hull.vertices))
-    vertices, faces = points[hull.vertices], index[hull.simplices]
+    vertices, faces = hull.points[hull.vertices], index[hull.simplices]
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0

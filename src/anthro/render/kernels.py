@@ -15,19 +15,52 @@ SHININESS = 40  # exponent of the highlight
 
 
 @njit(**COMPILED)
-def gather(origins, directions, reach, centre, radius, rotation, position, low, high, chosen, starts, ways):
+def columns_of(origins, directions):
+    """Origins and directions (n, 3) of rays as six columns (6, n), which are read several rays at a time."""
+    columns = np.empty((6, len(directions)), np.float32)
+    for i in range(len(directions)):
+        for j in range(3):
+            columns[j, i], columns[3 + j, i] = origins[i, j], directions[i, j]
+    return columns
+
+
+@njit(**COMPILED)
+def pass_ball(columns, reach, centre, radius, passing):
+    """Tell in ``passing`` (n,) uint8 which rays, as `columns_of` has them, meet a ball or begin in it; none is skipped.
+
+    Without a branch, so that several rays are looked at together.
+    """
+    square = radius * radius
+    for i in range(len(passing)):
+        x, y, z = centre[0] - columns[0, i], centre[1] - columns[1, i], centre[2] - columns[2, i]
+        ahead = x * columns[3, i] + y * columns[4, i] + z * columns[5, i]
+        away = x * x + y * y + z * z
+        passing[i] = (
+            (ahead > -radius)
+            & (ahead - radius < reach[i])
+            & (away - ahead * ahead < square)
+            & ((ahead > 0) | (away < square))
+        )
+
+
+@njit(**COMPILED)
+def gather(columns, reach, centre, radius, rotation, position, low, high, passing, chosen, starts, ways):
     """Rays that pass the ball and the box around a part, carried into the part's frame.
 
     Parameters
     ----------
+    columns : ndarray (6, n)
+        As of `columns_of`.
     centre, radius : ndarray (3,), float
         Of the ball, in the world.
     rotation, position : ndarray (3, 3), (3,)
         From the part's frame to the world.
     low, high : ndarray (3,)
         Corners of the box in the part's frame.
+    passing : ndarray (n,) uint8
+        Overwritten: which rays pass the ball.
     chosen, starts, ways : ndarray (n,) int32, (n, 3), (n, 3)
-        Filled from the front: index, origin and direction of each such ray.
+        Filled from the front: index, origin and direction of each ray that passes both.
 
     Returns
     -------
@@ -35,22 +68,17 @@ def gather(origins, directions, reach, centre, radius, rotation, position, low, 
         How many there are.
     """
     count = 0
-    square = radius * radius
     start, way = np.empty(3, np.float32), np.empty(3, np.float32)
-    for i in range(len(directions)):
-        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
-        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
-        if ahead <= -radius or ahead - radius >= reach[i]:
-            continue
-        away = x * x + y * y + z * z
-        if away - ahead * ahead >= square or (ahead <= 0 and away >= square):
+    pass_ball(columns, reach, centre, radius, passing)
+    for i in range(len(passing)):
+        if not passing[i]:
             continue
         near, far = np.float32(0.0), reach[i]
         for k in range(3):
             begin, slope = np.float32(0.0), np.float32(0.0)
             for j in range(3):
-                begin += (origins[i, j] - position[j]) * rotation[j, k]
-                slope += directions[i, j] * rotation[j, k]
+                begin += (columns[j, i] - position[j]) * rotation[j, k]
+                slope += columns[3 + j, i] * rotation[j, k]
             start[k], way[k] = begin, slope
             if abs(slope) < SMALL:
                 slope = SMALL

@@ -40,7 +40,8 @@ class Rays:
             np.ascontiguousarray(np.broadcast_to(np.asarray(given, REAL), shape)) for given in (origins, directions)
         )
         self.reach = np.full(shape[0], FAR, REAL) if reach is None else reach
-        self.chosen = np.empty(shape[0], np.int32)
+        self.columns = kernels.columns_of(self.origins, self.directions)
+        self.passing, self.chosen = np.empty(shape[0], np.uint8), np.empty(shape[0], np.int32)
         self.starts, self.ways = np.empty(shape, REAL), np.empty(shape, REAL)
 
 
@@ -184,14 +185,14 @@ class Part:
     def _gather(self, rays: Rays, reach: np.ndarray) -> int:
         """How many rays may meet it nearer than `reach` (n,); they are left in `rays`, in the part's frame."""
         return kernels.gather(
-            rays.origins,
-            rays.directions,
+            rays.columns,
             reach,
             self.centre,
             REAL(self.radius),
             self.rotation,
             self.position,
             *self._box,
+            rays.passing,
             rays.chosen,
             rays.starts,
             rays.ways,
