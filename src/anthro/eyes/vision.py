@@ -4,11 +4,14 @@ A retina tells where things are from the gaze, not from the trunk: the target of
 is turned or behind one that is not. So all vision DNNs answer in the frame of their own eye (x along the gaze, y left,
 z up), which the optic nerve vector determines, and answers are turned into the head's frame by the angles of the eyes,
 which a body knows of itself. Nothing here, or in what it imports, is told where a target is; a test holds it to that.
+
+The two eyes' networks answer side by side, each in a thread: they wait for their weights to come from memory.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +23,7 @@ from anthro.motor.network import FeedForward
 BALL_RADIUS = 0.05  # m, of the balls that the vision DNNs know
 WHITE, RED = "#FFFFFF", "#D02020"  # their colours (Nakada 2018, Sec. 6.2: white for the eyes, red for the limbs)
 OUTPUTS = {"foveation": 2, "vision": 3}
+THREADS = ThreadPoolExecutor(len(SIDES), thread_name_prefix="eye")
 
 
 class Vision:
@@ -61,7 +65,7 @@ class Vision:
 
 
 def _answers(networks: Sequence[FeedForward], stored: np.ndarray) -> np.ndarray:
-    return np.array([network.predict(vector) for network, vector in zip(networks, stored, strict=True)], float)
+    return np.array(list(THREADS.map(FeedForward.predict, networks, stored)), float)
 
 
 def gaze_command(eye: Eye, angles: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ def harden(values: np.ndarray, softening: np.ndarray, reach: np.ndarray) -> np.n
     return np.where(softening > 0.0, bent, values)
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def _layer(columns, bias, inputs, rectified, outputs):
     """``bias + inputs @ columns`` (n_out,) for one sample, negative values set to 0 where ``rectified``.
 
