@@ -46,6 +46,37 @@ def test_postures_leave_the_limb_at_rest(beside):
     np.testing.assert_array_equal(still.pose(), its.body.q_rest)
 
 
+def test_postures_keep_the_limb_where_it_is(beside):
+    others, _ = beside(COMPANY)
+    its = others.limb
+    own = np.concatenate([its.driven, its.passive])
+    elsewhere = np.setdiff1d(np.arange(its.body.dof_count), own)
+    present = its.body.q_rest + np.linspace(0.01, 0.2, its.body.dof_count)
+    poses = np.array([others.pose(present) for _ in range(200)])
+    np.testing.assert_array_equal(poses[:, own], np.tile(present[own], (200, 1)))
+    low, high = its.body.q_range[elsewhere].T
+    away = np.abs(poses[:, elsewhere] - its.body.q_rest[elsewhere]) / (0.5 * (high - low))
+    assert away.max() == pytest.approx(0.4, abs=0.01)
+
+
+def test_thresholds_travel_to_where_the_limb_is_now(beside):
+    """The limb bent away from its rest after the start: the thresholds end at strains of the bent limb."""
+    others, simulator = beside(COMPANY)
+    twin = Others(others.limb, COMPANY, np.random.default_rng(0))
+    twin.rng.uniform(0.05, 0.05)
+    others.begin(simulator)
+    q = simulator.qpos.copy()
+    q[others.limb.body.dof_names.index("knee_flexion_r")] += 0.4
+    simulator.reset(q)
+    for _ in range(10):
+        last = others.activation(simulator)
+    scratch = others.limb.body.simulator()
+    scratch.reset(twin.pose(simulator.joint_angles))
+    rest = rest_of(others)
+    wanted = np.clip(0.05 + STRAIN_GAIN * (simulator.strain - scratch.strain)[rest], 0.0, 1.0)
+    np.testing.assert_allclose(last[rest], wanted, atol=1e-9)
+
+
 def test_thresholds_travel_from_one_postures_strains_to_the_next(beside):
     """Ten steps of 5 ms each way: the body held still, activations are a tone and a stretch beyond the threshold."""
     others, simulator = beside(COMPANY)
