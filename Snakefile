@@ -1,5 +1,6 @@
 """From anatomy tables to a moving body: one target per paper, `all` for everything."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -26,6 +27,8 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 min_version("9.27")
+
+os.environ.setdefault("MUJOCO_GL", "disable")  # jobs start sooner: no picture is drawn by MuJoCo
 
 try:
     settings = load(config, workflow.basedir)

@@ -1,4 +1,9 @@
-"""Files that are whole or absent: atomic writes, JSON, and HDF5 shards with a `complete` mark."""
+"""Files that are whole or absent: atomic writes, JSON, and HDF5 shards with a `complete` mark.
+
+NumPy and h5py are imported where shards are read and written: many commands write JSON alone.
+"""
+
+from __future__ import annotations
 
 import hashlib
 import json
@@ -6,11 +11,12 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-
-import h5py
-import numpy as np
+from typing import TYPE_CHECKING
 
 from anthro.errors import UserError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def _alive(process: int) -> bool:
@@ -73,9 +79,7 @@ def digest(obj) -> str:
 
 def _plain(value):
     """Turn NumPy values and paths into what JSON knows."""
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
+    if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
@@ -122,6 +126,8 @@ def write_shard(path: str | os.PathLike, columns: Mapping[str, np.ndarray], attr
     UserError
         Naming the file, when it cannot be written (disk full); nothing is left under its name.
     """
+    import h5py
+
     path = Path(path)
     try:
         with atomic(path) as partial:
@@ -156,6 +162,8 @@ def read_shard(path: str | os.PathLike, columns: Iterable[str] | None = None) ->
     UserError
         Naming the file, when it is missing, truncated, without its `complete` mark or a column.
     """
+    import h5py
+
     path = Path(path)
     if not path.is_file():
         raise UserError(f"{path}: no such file")

@@ -6,7 +6,6 @@ edit of it must not cost a whole run.
 """
 
 import ast
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -26,19 +25,21 @@ def _path(module: str, src: Path) -> Path | None:
     return None
 
 
-def _imports(path: Path) -> Iterator[str]:
-    """Yield the dotted names a file imports from the package, at any depth of its code."""
+@cache
+def _imports(path: Path) -> tuple[str, ...]:
+    """Return the dotted names a file imports from the package, at any depth of its code, with their parents."""
+    found: dict[str, None] = {}
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found |= dict.fromkeys(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found |= dict.fromkeys(f"{node.module}.{alias.name}" for alias in node.names)
+    return tuple(name for name in found if name.startswith(f"{PACKAGE}."))
 
 
-def _with_parents(module: str) -> Iterator[str]:
+def _with_parents(module: str) -> list[str]:
     parts = module.split(".")
-    yield from (".".join(parts[:count]) for count in range(1, len(parts) + 1))
+    return [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
 
 
 @cache

@@ -7,7 +7,6 @@ import h5py
 import numpy as np
 import pytest
 
-from anthro import files
 from anthro.errors import UserError
 from anthro.files import digest, read_shard, write_json
 from anthro.motor import synthesize, synthesize_reflex
@@ -254,7 +253,7 @@ def test_full_disk_loses_nothing_that_was_finished(tmp_path, shard, refusal, mon
     whole = (tmp_path / "shard0000.h5").read_bytes()
     before = sorted(tmp_path.iterdir())
     target, name = {
-        "open": (files.h5py, "File"),
+        "open": (h5py, "File"),
         "write": (h5py.Group, "create_dataset"),
         "rename": (os, "replace"),
     }[where]
