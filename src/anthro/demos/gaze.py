@@ -17,12 +17,14 @@ import numpy as np
 from anthro import cli
 from anthro.body.simulator import DEFAULT_STEP
 from anthro.demos.perception import FOVEATED, IN_SECONDS, time_to_foveate
-from anthro.demos.session import finish, row
-from anthro.demos.sighted import Setting, Sighted, SightRecorder, opened
+from anthro.demos.session import Session, finish, row
+from anthro.demos.sighted import BODY, Setting, Sighted, SightRecorder
 from anthro.demos.task import arguments, card_of, rows_of
 from anthro.eyes.eye import MOVERS
+from anthro.eyes.vision import Vision
 from anthro.motor.senses import angles, direction
 from anthro.progress import progress
+from anthro.registry import SEATED
 from anthro.streams import stream
 
 PEOPLE = {5: (213.0, 29.0), 15: (352.0, 50.0), 30: (455.0, 67.0)}  # peak deg/s by amplitude in deg, mean and sd
@@ -152,10 +154,15 @@ def looks(sighted: Sighted, count: int, seed: int) -> dict:
 
 def main(argv=None) -> int:
     args = arguments("gaze", __doc__, None, 40).parse_args(argv)
+    session, vision = Session.open(args.run, BODY), Vision.load(args.run)
+
+    def seeing(setting: Setting) -> Sighted:
+        return Sighted(session, session.system(list(SEATED), args.inputs), vision, setting, args.seed)
+
     with card_of(args, "gaze", targets=args.targets) as card:
         metrics, rows = {"targets": args.targets}, []
         for movement in MOVERS:
-            sighted = opened(args, Setting(head=False, movement=movement))
+            sighted = seeing(Setting(head=False, movement=movement))
             words = movement.replace("_", " ")
             for amplitude, (people, _) in PEOPLE.items():
                 name = f"peak_{amplitude}_deg_saccade"
@@ -167,7 +174,7 @@ def main(argv=None) -> int:
             found = pursuit(sighted)
             metrics |= {f"{movement}_{name}": value for name, value in found.items()}
             rows += rows_of(found, f"smooth pursuit, {words} eye", "nakada2018", "Sec. 6.2.1", {})
-        sighted = opened(args, Setting())
+        sighted = seeing(Setting())
         sighted.recorder = recorder = SightRecorder(sighted, [])
         found = shift(sighted)
         sighted.recorder = None

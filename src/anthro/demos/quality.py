@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from anthro.body.simulator import Simulator
 from anthro.demos.session import Recorder
@@ -58,6 +57,8 @@ def speed_shape(path, step: float) -> tuple[float, int]:
     The movement lasts from the first to the last instant at which the speed is above 5 % of its peak. A minimum jerk
     movement has one peak, 1.875 times its mean speed; cut so, :func:`minimum_jerk_shape`.
     """
+    from scipy.signal import find_peaks  # takes half a second, and most demos ask for no shape
+
     speed = np.linalg.norm(np.diff(path, axis=0), axis=1) / step
     peak = speed.max()
     moving = np.flatnonzero(speed >= CUT * peak)

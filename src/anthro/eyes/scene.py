@@ -7,6 +7,7 @@ view, and the face would stand before the pinholes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from anthro.body import Body
 from anthro.errors import UserError
 from anthro.eyes.flesh import flesh
-from anthro.render.mesh import linear_rgb
+from anthro.render.mesh import Mesh, linear_rgb
 from anthro.render.parts import Ball, Part
 from anthro.render.props import Piece, pieces
 from anthro.render.raytrace import Studio
@@ -64,11 +65,10 @@ class Scene:
         skin: Mapping[str, str] = SKIN,
     ) -> None:
         around = linear_rgb(background)
-        colours = {root: linear_rgb(colour) for root, colour in skin.items()}
         self._names = [model.body(body).name for body in range(model.nbody)]
-        self._limbs = {body: Part(mesh) for body, mesh in flesh(model, tuple(colours), colours).items()}
+        self._limbs = {body: Part(mesh) for body, mesh in _skinned(model, tuple(skin.items())).items()}
         if not self._limbs:
-            raise UserError(f"the body has none of the bones {', '.join(colours)}: nothing of it can be seen")
+            raise UserError(f"the body has none of the bones {', '.join(skin)}: nothing of it can be seen")
         if stool and floor is None:
             raise UserError("a stool needs a floor to stand on")
         self.balls, self._things = list(balls), list(things)
@@ -116,6 +116,13 @@ def sole_height(body: Body) -> float:
         for bone, points in corners(body.model).items()
     ]
     return float(min(heights))
+
+
+@lru_cache(maxsize=1)
+def _skinned(model: mujoco.MjModel, skin: tuple[tuple[str, str], ...]) -> dict[int, Mesh]:
+    """The limbs' surfaces, kept from one scene of a model to the next: to grow them takes seconds."""
+    colours = {root: linear_rgb(colour) for root, colour in skin}
+    return flesh(model, tuple(colours), colours)
 
 
 def _stool(model: mujoco.MjModel, root: int, floor: float) -> tuple[np.ndarray, list[Piece]]:
