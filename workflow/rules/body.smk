@@ -23,11 +23,12 @@ rule body:
     threads: 1
     params:
         seed=settings["seed"],
+        samples=settings["sizes"]["body"]["samples"],
         fibers=lambda wildcards, input: f"--fibers {Path(input.fibers[0]).parent}" if input.fibers else "",
         folder=subpath(output.model, parent=True),
     shell:
-        "python -m anthro.body.build --body {wildcards.body} --seed {params.seed} {params.fibers}"
-        " --out {params.folder} > {log} 2>&1"
+        "python -m anthro.body.build --body {wildcards.body} --seed {params.seed} --samples {params.samples}"
+        " {params.fibers} --out {params.folder} > {log} 2>&1"
 
 
 rule body_check:

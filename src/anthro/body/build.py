@@ -175,13 +175,18 @@ def main(argv=None) -> int:
     parser.add_argument("--tables", type=Path, default=Path("config/body"), help="anatomy tables")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sampled postures")
     parser.add_argument(
+        "--samples", type=int, default=SAMPLES, help=f"postures over which fibers are fitted (default {SAMPLES})"
+    )
+    parser.add_argument(
         "--fibers", type=Path, help="built body whose fibers it has (default: fitted to its own ranges)"
     )
     parser.add_argument("--out", type=Path, required=True, help="folder to write")
     args = parser.parse_args(argv)
     if not args.tables.is_dir():
         raise UserError(f"{args.tables}: no such folder of anatomy tables")
-    fit = build(args.body, args.tables, args.out, args.seed, fibers=args.fibers)
+    if args.samples < 1:
+        raise UserError(f"--samples: {args.samples} is not a positive number")
+    fit = build(args.body, args.tables, args.out, args.seed, args.samples, args.fibers)
     print(f"{args.out}: built; {int(fit.outside.sum())} fibers leave 0.5 to 1.6 of slack length")
     return 0
 

@@ -6,11 +6,14 @@
 * Gain of smooth pursuit, the head at rest: slope of the gaze's speed over the target's, which swings by 15 degrees to
   either side within 4 s.
 * Time until both lines of gaze are within 1 degree of a target that appears in the field, and stay there for 0.1 s.
+
+With a single target, saccades and shifts go to the left alone.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -29,6 +32,7 @@ from anthro.streams import stream
 
 PEOPLE = {5: (213.0, 29.0), 15: (352.0, 50.0), 30: (455.0, 67.0)}  # peak deg/s by amplitude in deg, mean and sd
 DISTANCE = 1.0  # m
+SIDES = (1.0, -1.0)  # left and right
 FIXATION_SECONDS, SACCADE_SECONDS = 0.5, 0.5
 SHIFT_DEG, SHIFT_SECONDS = 40.0, 1.5
 SWING_DEG, PERIOD, PURSUIT_SECONDS, CATCHING_SECONDS = 15.0, 4.0, 5.0, 1.0
@@ -67,10 +71,10 @@ def place(sighted: Sighted, azimuth: float, elevation: float = 0.0, distance: fl
     return position + rotation @ (between + distance * direction(*np.deg2rad([azimuth, elevation])))
 
 
-def saccades(sighted: Sighted, amplitude: float) -> float:
-    """Mean peak speed in deg/s of saccades of an amplitude in degrees, to the left and to the right."""
+def saccades(sighted: Sighted, amplitude: float, sides: Sequence[float] = SIDES) -> float:
+    """Mean peak speed in deg/s of saccades of an amplitude in degrees, to some of `SIDES`."""
     peaks = []
-    for side in (1.0, -1.0):
+    for side in sides:
         sighted.restart()
         # half to either side of straight ahead, within reach of both eyes
         start, end = (place(sighted, turn * side * amplitude / 2) for turn in (-1.0, 1.0))
@@ -81,10 +85,10 @@ def saccades(sighted: Sighted, amplitude: float) -> float:
     return float(np.rad2deg(np.mean(peaks)))
 
 
-def shift(sighted: Sighted) -> dict:
-    """Shares of eye and head in gaze shifts of 40 degrees to either side, when the gaze arrives and at the end."""
+def shift(sighted: Sighted, sides: Sequence[float] = SIDES) -> dict:
+    """Shares of eye and head in gaze shifts of 40 degrees to some of `SIDES`, when the gaze arrives and at the end."""
     shares = []
-    for side in (1.0, -1.0):
+    for side in sides:
         sighted.restart()
         ahead, aside = place(sighted, 0.0), place(sighted, side * SHIFT_DEG)
         sighted.run(FIXATION_SECONDS, lambda _, ahead=ahead: ahead)
@@ -160,13 +164,13 @@ def main(argv=None) -> int:
         return Sighted(session, session.system(list(SEATED), args.inputs), vision, setting, args.seed)
 
     with card_of(args, "gaze", targets=args.targets) as card:
-        metrics, rows = {"targets": args.targets}, []
+        metrics, rows, sides = {"targets": args.targets}, [], SIDES[: args.targets]
         for movement in MOVERS:
             sighted = seeing(Setting(head=False, movement=movement))
             words = movement.replace("_", " ")
             for amplitude, (people, _) in PEOPLE.items():
                 name = f"peak_{amplitude}_deg_saccade"
-                found = saccades(sighted, amplitude)
+                found = saccades(sighted, amplitude, sides)
                 metrics[f"{movement}_{name}"] = found
                 rows.append(
                     row(f"saccades, {words} eye", name, found, "deg/s", people, "info", "Hopf et al. 2018, people")
@@ -176,7 +180,7 @@ def main(argv=None) -> int:
             rows += rows_of(found, f"smooth pursuit, {words} eye", "nakada2018", "Sec. 6.2.1", {})
         sighted = seeing(Setting())
         sighted.recorder = recorder = SightRecorder(sighted, [])
-        found = shift(sighted)
+        found = shift(sighted, sides)
         sighted.recorder = None
         found |= looks(sighted, args.targets, args.seed)
         metrics |= found
