@@ -71,8 +71,8 @@ def test_paper_scale_has_the_papers_sizes():
         ),
         ("config/config.yaml", "seed: 7", "sead: 7", "config/config.yaml: sead: 7: unknown key; did you mean 'seed'?"),
         ("config/config.yaml", "seed: 7", "seed: -7", "config/config.yaml: seed: -7 is less than"),
-        ("config/scales/smoke.yaml", "fps: 2", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),
-        ("config/scales/smoke.yaml", "fps: 2", "", "config/scales/smoke.yaml: film: 'fps' is a required"),
+        ("config/scales/smoke.yaml", "fps: 1", "fps: fast", "config/scales/smoke.yaml: film.fps: 'fast' is not"),
+        ("config/scales/smoke.yaml", "fps: 1", "", "config/scales/smoke.yaml: film: 'fps' is a required"),
         (
             "config/nets/nakada2018/right_arm_reflex.yaml",
             "batch_size:",
