@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from anthro.render import kernels
+from anthro.render import culling, kernels
 from anthro.render.camera import Camera
 from anthro.render.mesh import linear_rgb
 from anthro.render.parts import GOLDEN_ANGLE, OFFSET, REAL, Ball, Hits, Part, Rays
@@ -31,24 +31,26 @@ def intersect(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.
     Hits
     """
     rays, hits = Rays(origins, directions), Hits(len(directions))
-    for index in nearest_first(parts, rays):
+    for index in within_reach(parts, rays):
         parts[index].meet(index, rays, hits)
     return hits
 
 
-def nearest_first(parts: Sequence[Part | Ball], rays: Rays) -> list[int]:
-    """Indices of the parts, the nearer ones first: what they hide need not be traced."""
-    if not len(parts) or not len(rays.origins):
+def within_reach(parts: Sequence[Part | Ball], rays: Rays) -> list[int]:
+    """Indices of the parts that any ray may meet, the nearer ones first: what they hide need not be traced."""
+    if not len(parts) or not len(rays.reach):
         return []
-    away = np.array([part.centre for part in parts]) - rays.origins[0]
-    return np.argsort((away * away).sum(axis=1), kind="stable").tolist()
+    balls = np.concatenate([part.ball for part in parts]).reshape(-1, 4)
+    away = balls[:, :3] - rays.columns[:3, 0]
+    order = np.argsort((away * away).sum(axis=1), kind="stable")
+    return order[culling.reachable(rays.columns, rays.reach, balls)[order]].tolist()
 
 
 def occluded(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Whether rays from `origins` (n, 3) along `directions` (n, 3) or (3,) meet any part: (n,)."""
     rays = Rays(origins, directions)
-    for part in parts:
-        part.block(rays)
+    for index in within_reach(parts, rays):
+        parts[index].block(rays)
     return rays.reach == 0
 
 
