@@ -88,7 +88,7 @@ def test_a_limbs_label_leads_from_effector_to_ball(witness, spec):
     source = synthesize.LimbVision(witness, spec("left_leg_vision"), stream(SEED, "test", 3), vision)
     for _ in range(3):
         labels = drawn(source)
-        assert witness.ball is witness._balls[RED]
+        assert witness.ball.colour == RED
         rotation, _ = witness.eyes.head(witness.data)
         effector = witness.data.site_xpos[source.limb.site]
         for eye, looks, told in zip(witness.eyes.eyes, witness.eyes.angles, labels, strict=True):

@@ -15,6 +15,7 @@ from anthro.errors import UserError
 from anthro.eyes.eye import SIDES, Eye, EyeState, MainSequenceMover, PaperMover, mover
 from anthro.eyes.layout import Layout, layout
 from anthro.eyes.scene import Scene
+from anthro.render.parts import REAL
 from anthro.render.raytrace import shade
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear RGB (Rec. ITU-R BT.709)
@@ -140,10 +141,12 @@ class Eyes:
 
     def rays(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
         """Pinholes and directions (n, 3) of the rays of both eyes, the left one's first."""
-        head = self.head(data)
-        pairs = [rays(*eye, *head) for eye in zip(self.eyes, self.layouts, self.angles, strict=True)]
-        origins = [np.broadcast_to(origin, directions.shape) for origin, directions in pairs]
-        return np.concatenate(origins), np.concatenate([directions for _, directions in pairs])
+        head, count = self.head(data), self.layouts[0].count
+        origins, directions = np.empty((2, 2 * count, 3), REAL)
+        for k, eye in enumerate(zip(self.eyes, self.layouts, self.angles, strict=True)):
+            rows = slice(k * count, (k + 1) * count)
+            origins[rows], directions[rows] = rays(*eye, *head)
+        return origins, directions
 
     def see(self, data: mujoco.MjData) -> np.ndarray:
         """Optic nerve vectors of both eyes as the body lies in `data`, after `mj_kinematics`.

@@ -7,7 +7,7 @@ import numpy as np
 
 from anthro.body import Body
 from anthro.eyes.scene import Scene, sole_height
-from anthro.eyes.sight import Eyes, as_bytes
+from anthro.eyes.sight import Eyes, as_bytes, rays
 from anthro.eyes.vision import BALL_RADIUS, RED, WHITE
 from anthro.motor.limb import Limb, limb_plan
 from anthro.render.parts import Ball
@@ -33,6 +33,9 @@ class Witness:
     Attributes
     ----------
     limbs : dict of str to Limb
+    ball : Ball
+    eyes : Eyes
+        They see the ball and the body's limbs.
     data : mujoco.MjData
         Where the body lies.
     """
@@ -41,17 +44,13 @@ class Witness:
         self.body, self.data = body, mujoco.MjData(body.model)
         self.limbs = {name: Limb(limb_plan({"name": name} | plan), body) for name, plan in limbs.items()}
         self._joints = slice(body.model.nq - body.dof_count, None)
-        floor = sole_height(body)
-        self._balls = {colour: Ball(BALL_RADIUS, colour) for colour in COLOURS}
-        self._looks = {
-            colour: Eyes(body, Scene(body.model, [ball], floor=floor, stool=True), retina, seed=seed)
-            for colour, ball in self._balls.items()
-        }
-        self.show(WHITE)
+        self.ball = Ball(BALL_RADIUS, WHITE)
+        scene = Scene(body.model, [self.ball], floor=sole_height(body), stool=True)
+        self.eyes = Eyes(body, scene, retina, seed=seed)
 
     def show(self, colour: str) -> None:
         """Let the ball be `WHITE` or `RED` from now on."""
-        self.ball, self.eyes = self._balls[colour], self._looks[colour]
+        self.ball.paint(colour)
 
     def pose(self, share: float, rng: np.random.Generator, **angles: np.ndarray) -> None:
         """Put each limb in a random pose of the middle share of its joints' ranges, or where it is told to be (d,)."""
@@ -87,16 +86,14 @@ class Witness:
 
     def on_ball(self) -> np.ndarray:
         """Receptors of each eye (2,) that see the ball, not hidden by anything."""
-        scene = self.eyes.scene.place(self.data)
-        origins, directions = self.eyes.rays(self.data)
-        away = self.ball.centre - origins
-        along = (away * directions).sum(axis=1)
-        near = np.flatnonzero((along > 0) & ((away * away).sum(axis=1) - along**2 < self.ball.radius**2))
-        if not len(near):
-            return np.zeros(2, int)
-        hits = intersect(scene.parts, origins[near], directions[near])
-        seen = near[hits.part == len(scene.parts) - 1]
-        return np.bincount(2 * seen // len(origins), minlength=2)
+        parts, head = self.eyes.scene.place(self.data).parts, self.eyes.head(self.data)
+        centre = self.in_head(self.ball.centre)
+        found = []
+        for eye, receptors, angles in zip(self.eyes.eyes, self.eyes.layouts, self.eyes.angles, strict=True):
+            local = (centre - eye.pupil(angles)) @ eye.rotation(angles)
+            hits = intersect(parts, *rays(eye, receptors.near(local, self.ball.radius), angles, *head))
+            found.append((hits.part == len(parts) - 1).sum())
+        return np.array(found)
 
     def look(self) -> np.ndarray:
         """Optic nerve vectors of both eyes as stored, (2, n) uint8."""

@@ -159,7 +159,7 @@ class Part:
         """Put the mesh's frame into the world; None leaves it unturned or unshifted."""
         self.rotation = np.ascontiguousarray(np.eye(3) if rotation is None else rotation, REAL)
         self.position = np.asarray(np.zeros(3) if position is None else position, REAL)
-        self.ball[:3] = self.rotation @ self._middle + self.position
+        self.ball[:3] = np.dot(self.rotation, self._middle) + self.position
         return self
 
     def meet(self, index: int, rays: Rays, hits: Hits) -> None:
@@ -224,6 +224,7 @@ class Ball:
     ----------
     centre : ndarray (3,)
         m, in the world.
+    colour : str
     ball : ndarray (4,)
         As in `Part`: a little wider than it is.
     """
@@ -239,8 +240,14 @@ class Ball:
     ) -> None:
         self.radius = float(radius)
         self.ball = np.array([0, 0, 0, 1.001 * radius], REAL)
-        self._skin = np.array([*linear_rgb(colour), 1.0, glow, gloss, mirror], REAL)
-        self.place(position)
+        self._skin = np.array([0, 0, 0, 1.0, glow, gloss, mirror], REAL)
+        self.paint(colour).place(position)
+
+    def paint(self, colour: str) -> Ball:
+        """Give it another colour, sRGB ``#rrggbb``."""
+        self.colour = colour
+        self._skin[:3] = linear_rgb(colour)
+        return self
 
     def place(self, position: Sequence[float]) -> Ball:
         """Put its centre (3,), m, into the world."""
