@@ -15,7 +15,7 @@ from anthro.body import Body
 from anthro.errors import UserError
 from anthro.eyes.flesh import flesh
 from anthro.render.mesh import linear_rgb
-from anthro.render.parts import REAL, Ball, Part
+from anthro.render.parts import Ball, Part, Troop
 from anthro.render.props import Piece, pieces
 from anthro.render.raytrace import Studio
 from anthro.render.scene import corners, root_bone
@@ -67,7 +67,7 @@ class Scene:
         colours = {root: linear_rgb(colour) for root, colour in skin.items()}
         self._names = [model.body(body).name for body in range(model.nbody)]
         self._limbs = {body: Part(mesh) for body, mesh in flesh(model, tuple(colours), colours).items()}
-        self._carriers = list(self._limbs)
+        self._carriers, self._troop = list(self._limbs), Troop(list(self._limbs.values()))
         if not self._limbs:
             raise UserError(f"the body has none of the bones {', '.join(colours)}: nothing of it can be seen")
         if stool and floor is None:
@@ -100,9 +100,7 @@ class Scene:
 
     def place(self, data: mujoco.MjData) -> Scene:
         """Put the limbs and what the body sits on where `data` has them, after `mj_kinematics`."""
-        rotations = data.xmat[self._carriers].reshape(-1, 3, 3).astype(REAL)
-        for part, *frame in zip(self._limbs.values(), rotations, data.xpos[self._carriers].astype(REAL), strict=True):
-            part.place(*frame)
+        self._troop.place(data.xmat[self._carriers].reshape(-1, 3, 3), data.xpos[self._carriers])
         for piece in self._pieces:
             piece.place(data.xmat[self._root].reshape(3, 3), data.xpos[self._root], self._home)
         return self

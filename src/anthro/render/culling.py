@@ -36,7 +36,7 @@ def pass_ball(columns, reach, ball, begin, end, passing):
         x, y, z = a - ox[i], b - oy[i], c - oz[i]
         ahead = x * dx[i] + y * dy[i] + z * dz[i]
         away = x * x + y * y + z * z
-        near = (ahead > -radius) & (ahead - radius < looks[i])
+        near = (looks[i] > 0) & (ahead > -radius) & (ahead - radius < looks[i])
         passes = near & (away - ahead * ahead < square + SLACK * away) & ((ahead > 0) | (away < square))
         passing[i] = passes
         found |= passes

@@ -100,8 +100,12 @@ class Part:
 
     Attributes
     ----------
+    rotation, position : ndarray (3, 3), (3,)
+        Where it is.
     ball : ndarray (4,)
         A ball around it: centre in the world and radius, m.
+    middle : ndarray (3,)
+        That centre in its own frame.
     """
 
     def __init__(
@@ -118,9 +122,10 @@ class Part:
             glow=mesh.glow.astype(REAL),
         )
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        self._middle = (low + high) / 2
-        reach = np.linalg.norm(mesh.vertices - self._middle, axis=1).max()
+        self.middle = (low + high) / 2
+        reach = np.linalg.norm(mesh.vertices - self.middle, axis=1).max()
         self.ball = np.array([0, 0, 0, 1.001 * reach], REAL)
+        self.rotation, self.position = np.empty((3, 3), REAL), np.empty(3, REAL)
         # Wider than the mesh by what rounding may do to a ray that grazes it.
         self._box = (low - REAL(1e-4 + 1e-3 * reach), high + REAL(1e-4 + 1e-3 * reach))
         self._embree = EmbreeScene()
@@ -157,9 +162,9 @@ class Part:
 
     def place(self, rotation: np.ndarray | None, position: np.ndarray | None) -> Part:
         """Put the mesh's frame into the world; None leaves it unturned or unshifted."""
-        self.rotation = np.ascontiguousarray(np.eye(3) if rotation is None else rotation, REAL)
-        self.position = np.asarray(np.zeros(3) if position is None else position, REAL)
-        self.ball[:3] = np.dot(self.rotation, self._middle) + self.position
+        self.rotation[:] = np.eye(3) if rotation is None else rotation
+        self.position[:] = 0 if position is None else position
+        self.ball[:3] = np.dot(self.rotation, self.middle) + self.position
         return self
 
     def meet(self, index: int, rays: Rays, hits: Hits) -> None:
@@ -204,6 +209,29 @@ class Part:
             rays.starts,
             rays.ways,
         )
+
+
+class Troop:
+    """Parts that are placed at one stroke.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        They hold views of this troop's arrays from now on, and may still be placed one by one.
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self._rotations, self._positions = np.empty((len(parts), 3, 3), REAL), np.empty((len(parts), 3), REAL)
+        self._balls, self._middles = np.empty((len(parts), 4), REAL), np.empty((len(parts), 3), REAL)
+        for k, part in enumerate(parts):
+            self._rotations[k], self._positions[k] = part.rotation, part.position
+            self._balls[k], self._middles[k] = part.ball, part.middle
+            part.rotation, part.position, part.ball = self._rotations[k], self._positions[k], self._balls[k]
+
+    def place(self, rotations: np.ndarray, positions: np.ndarray) -> None:
+        """Put the parts' frames into the world: rotations (p, 3, 3) and positions (p, 3), m."""
+        self._rotations[:], self._positions[:] = rotations, positions
+        self._balls[:, :3] = np.einsum("pij,pj->pi", self._rotations, self._middles) + self._positions
 
 
 class Ball:
