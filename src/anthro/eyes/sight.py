@@ -7,6 +7,8 @@ frames are shaded by the same code, `anthro.render.raytrace.shade`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -15,6 +17,7 @@ from anthro.errors import UserError
 from anthro.eyes.eye import SIDES, Eye, EyeState, MainSequenceMover, PaperMover, mover
 from anthro.eyes.layout import Layout, layout
 from anthro.eyes.scene import Scene
+from anthro.render import kernels
 from anthro.render.parts import REAL
 from anthro.render.raytrace import shade
 
@@ -43,8 +46,13 @@ def rays(
     directions : ndarray (n, 3)
         Unit, out into the world.
     """
-    turn = rotation @ eye.rotation(angles)
-    return position + rotation @ eye.pupil(angles), receptors.directions @ turn.T
+    pupil, turn = _placed(eye, angles, rotation, position)
+    return pupil, receptors.directions @ turn.T
+
+
+def _placed(eye: Eye, angles: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The pinhole (3,), m, in the world, and from the eye's frame to the world (3, 3); arguments as in `rays`."""
+    return position + rotation @ eye.pupil(angles), rotation @ eye.rotation(angles)
 
 
 def nerve(colours: np.ndarray, binary: bool = False) -> np.ndarray:
@@ -139,14 +147,26 @@ class Eyes:
         """From the head's frame to the world: rotation (3, 3), position (3,), m."""
         return data.site_xmat[self._site].reshape(3, 3), data.site_xpos[self._site]
 
-    def rays(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-        """Pinholes and directions (n, 3) of the rays of both eyes, the left one's first."""
-        head, count = self.head(data), self.layouts[0].count
-        origins, directions = np.empty((2, 2 * count, 3), REAL)
-        for k, eye in enumerate(zip(self.eyes, self.layouts, self.angles, strict=True)):
-            rows = slice(k * count, (k + 1) * count)
-            origins[rows], directions[rows] = rays(*eye, *head)
+    def rays(self, data: mujoco.MjData, layouts: Sequence[Layout] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Pinholes and directions (n, 3) of the rays of both eyes, left first: of all receptors, or of those told."""
+        layouts, head = layouts or self.layouts, self.head(data)
+        origins, directions = np.empty((2, sum(receptors.count for receptors in layouts), 3), REAL)
+        begin = 0
+        for eye, receptors, angles in zip(self.eyes, layouts, self.angles, strict=True):
+            end = begin + receptors.count
+            pupil, turn = _placed(eye, angles, *head)
+            kernels.cast(receptors.directions, turn, pupil, origins[begin:end], directions[begin:end])
+            begin = end
         return origins, directions
+
+    def near(self, data: mujoco.MjData, point: np.ndarray, radius: float) -> tuple[Layout, Layout]:
+        """Receptors of each eye whose rays pass a point (3,) of the world as `Layout.near` tells."""
+        rotation, position = self.head(data)
+        local = (point - position) @ rotation
+        return tuple(
+            receptors.near((local - eye.pupil(angles)) @ eye.rotation(angles), radius)
+            for eye, receptors, angles in zip(self.eyes, self.layouts, self.angles, strict=True)
+        )
 
     def see(self, data: mujoco.MjData) -> np.ndarray:
         """Optic nerve vectors of both eyes as the body lies in `data`, after `mj_kinematics`.

@@ -7,10 +7,10 @@ import numpy as np
 
 from anthro.body import Body
 from anthro.eyes.scene import Scene, sole_height
-from anthro.eyes.sight import Eyes, as_bytes, rays
+from anthro.eyes.sight import Eyes, as_bytes
 from anthro.eyes.vision import BALL_RADIUS, RED, WHITE
 from anthro.motor.limb import Limb, limb_plan
-from anthro.render.parts import Ball
+from anthro.render.parts import REAL, Ball
 from anthro.render.raytrace import intersect
 
 COLOURS = (WHITE, RED)
@@ -86,14 +86,12 @@ class Witness:
 
     def on_ball(self) -> np.ndarray:
         """Receptors of each eye (2,) that see the ball, not hidden by anything."""
-        parts, head = self.eyes.scene.place(self.data).parts, self.eyes.head(self.data)
-        centre = self.in_head(self.ball.centre)
-        found = []
-        for eye, receptors, angles in zip(self.eyes.eyes, self.eyes.layouts, self.eyes.angles, strict=True):
-            local = (centre - eye.pupil(angles)) @ eye.rotation(angles)
-            hits = intersect(parts, *rays(eye, receptors.near(local, self.ball.radius), angles, *head))
-            found.append((hits.part == len(parts) - 1).sum())
-        return np.array(found)
+        parts = self.eyes.scene.place(self.data).parts
+        layouts = self.eyes.near(self.data, self.ball.centre, self.ball.radius)
+        origins, directions = self.eyes.rays(self.data, layouts)
+        reach = (np.linalg.norm(self.ball.centre - origins, axis=1) + self.ball.radius).astype(REAL)
+        seen = intersect(parts, origins, directions, reach).part == len(parts) - 1
+        return np.array([side.sum() for side in np.split(seen, [layouts[0].count])])
 
     def look(self) -> np.ndarray:
         """Optic nerve vectors of both eyes as stored, (2, n) uint8."""
