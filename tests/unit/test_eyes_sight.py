@@ -250,10 +250,20 @@ def test_both_eyes_have_10800_numbers_and_the_sketching_ones_9936(body, posed):
 def test_rays_start_at_the_pinhole_and_follow_the_head():
     eye, receptors = Eye("left"), layout("log_polar", "left", 0)
     quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # the head turned to the left
-    origin, ways = rays(eye, receptors, np.zeros(2), quarter, np.array([1.0, 2.0, 3.0]))
+    origins, ways = rays(eye, receptors, np.zeros(2), quarter, np.array([1.0, 2.0, 3.0]))
     x, y, z = eye.centre + [0.012, 0, 0]
-    assert origin == pytest.approx([1 - y, 2 + x, 3 + z])
+    assert np.allclose(origins, [1 - y, 2 + x, 3 + z], atol=1e-6)
+    assert np.allclose(ways, receptors.directions @ quarter.T, atol=1e-7)
     assert np.allclose(ways.mean(axis=0) / np.linalg.norm(ways.mean(axis=0)), [0, 1, 0], atol=1e-2)
+
+
+def test_receptors_near_a_ball_are_those_that_see_it():
+    receptors, point, radius = layout("log_polar", "left", 0), np.array([0.6, 0.1, -0.2]), 0.05
+    near = receptors.near(point, radius)
+    hits = intersect([Ball(radius, WHITE, point)], np.zeros(3), receptors.directions)
+    assert near.count == (hits.part == 0).sum() > 20
+    assert np.array_equal(near.directions, receptors.directions[hits.part == 0])
+    assert receptors.near(-point, radius).count == 0
 
 
 def test_turning_obeys_the_mover_and_resting_the_limits(body, posed):

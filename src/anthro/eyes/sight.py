@@ -18,7 +18,6 @@ from anthro.eyes.eye import SIDES, Eye, EyeState, MainSequenceMover, PaperMover,
 from anthro.eyes.layout import Layout, layout
 from anthro.eyes.scene import Scene
 from anthro.render import kernels
-from anthro.render.parts import REAL
 from anthro.render.raytrace import shade
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear RGB (Rec. ITU-R BT.709)
@@ -41,18 +40,13 @@ def rays(
 
     Returns
     -------
-    origin : ndarray (3,)
-        The pinhole, m, in the world.
-    directions : ndarray (n, 3)
+    origins : ndarray (n, 3) float32
+        The pinhole, m, in the world, for each ray.
+    directions : ndarray (n, 3) float32
         Unit, out into the world.
     """
-    pupil, turn = _placed(eye, angles, rotation, position)
-    return pupil, receptors.directions @ turn.T
-
-
-def _placed(eye: Eye, angles: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The pinhole (3,), m, in the world, and from the eye's frame to the world (3, 3); arguments as in `rays`."""
-    return position + rotation @ eye.pupil(angles), rotation @ eye.rotation(angles)
+    turn, pinhole = rotation @ eye.rotation(angles), position + rotation @ eye.pupil(angles)
+    return kernels.cast(receptors.directions, turn, pinhole)
 
 
 def nerve(colours: np.ndarray, binary: bool = False) -> np.ndarray:
@@ -149,14 +143,9 @@ class Eyes:
 
     def rays(self, data: mujoco.MjData, layouts: Sequence[Layout] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Pinholes and directions (n, 3) of the rays of both eyes, left first: of all receptors, or of those told."""
-        layouts, head = layouts or self.layouts, self.head(data)
-        origins, directions = np.empty((2, sum(receptors.count for receptors in layouts), 3), REAL)
-        begin = 0
-        for eye, receptors, angles in zip(self.eyes, layouts, self.angles, strict=True):
-            end = begin + receptors.count
-            pupil, turn = _placed(eye, angles, *head)
-            kernels.cast(receptors.directions, turn, pupil, origins[begin:end], directions[begin:end])
-            begin = end
+        head = self.head(data)
+        pairs = [rays(*eye, *head) for eye in zip(self.eyes, layouts or self.layouts, self.angles, strict=True)]
+        origins, directions = (np.concatenate(both) for both in zip(*pairs, strict=True))
         return origins, directions
 
     def near(self, data: mujoco.MjData, point: np.ndarray, radius: float) -> tuple[Layout, Layout]:

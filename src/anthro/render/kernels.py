@@ -15,23 +15,27 @@ SHININESS = 40  # exponent of the highlight
 
 
 @njit(**COMPILED)
-def cast(local, rotation, pinhole, origins, directions):
-    """Rays through a pinhole (3,), m, of the world.
+def cast(local, rotation, pinhole):
+    """Rays through a pinhole (3,), m, of the world; in double precision but for what is returned.
 
     Parameters
     ----------
     local : ndarray (n, 3)
-        Their directions in a camera's or an eye's frame, in double precision as the next two are.
+        Their directions in an eye's frame.
     rotation : ndarray (3, 3)
         From that frame to the world.
+
+    Returns
+    -------
     origins, directions : ndarray (n, 3)
-        Filled, in single precision.
     """
+    origins, directions = np.empty(local.shape, np.float32), np.empty(local.shape, np.float32)
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
         for j in range(3):
             origins[i, j] = pinhole[j]
             directions[i, j] = rotation[j, 0] * x + rotation[j, 1] * y + rotation[j, 2] * z
+    return origins, directions
 
 
 @njit(**COMPILED)
