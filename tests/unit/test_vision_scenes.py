@@ -8,7 +8,7 @@ from anthro import cli, registry
 from anthro.errors import UserError
 from anthro.eyes import synthesize
 from anthro.eyes.measure import angle_between
-from anthro.eyes.vision import RED, Vision, gaze_command, seen_from
+from anthro.eyes.vision import RED, WHITE, Vision, gaze_command, seen_from
 from anthro.eyes.witness import Witness
 from anthro.files import read_shard, write_json
 from anthro.motor.network import FeedForward
@@ -75,6 +75,17 @@ def test_receptors_on_the_ball_are_those_whose_rays_meet_it_first(witness, spec)
         wanted = (hits.part == len(parts) - 1).reshape(2, -1).sum(axis=1)
         assert witness.on_ball().tolist() == wanted.tolist()
         assert wanted.min() >= 3
+
+
+def test_a_ball_of_either_colour_lies_in_the_same_scene(witness, spec):
+    drawn(synthesize.Foveation(witness, spec("eyes_foveation"), stream(SEED, "test", 5)))
+    looks = {}
+    for colour in (WHITE, RED):
+        witness.show(colour)
+        looks[colour] = witness.look().reshape(-1, 3)
+    hits = intersect(witness.eyes.scene.parts, *witness.eyes.rays(witness.data))
+    differs = (looks[WHITE] != looks[RED]).any(axis=1)
+    assert differs.any() and np.array_equal(differs, hits.part == len(witness.eyes.scene.parts) - 1)
 
 
 def test_a_ball_behind_the_head_is_not_seen(witness):
