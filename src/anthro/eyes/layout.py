@@ -17,7 +17,7 @@ from anthro.eyes.eye import SIDES
 from anthro.render.parts import GOLDEN_ANGLE
 from anthro.streams import stream
 
-MARGIN = 1.001  # for what rounding does to rays that graze
+MARGIN = 1.001  # of a squared radius, for what rounding does to rays that graze
 FIELD_DEG = 167.5  # whole field of view of an eye (Nakada 2018, Sec. 6.1.1)
 NOISE_VARIANCE = 0.0025  # Nakada 2018, Sec. 6.1.2
 ANGLES, RINGS = 90, 40  # Nakada 2018, Eq. 2
