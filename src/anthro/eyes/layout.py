@@ -8,7 +8,7 @@ turns the picture upside down: what is at the lower right of the world lies at t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from anthro.eyes.eye import SIDES
 from anthro.render.parts import GOLDEN_ANGLE
 from anthro.streams import stream
 
+MARGIN = 1.001  # of a squared radius, for what rounding does to rays that graze
 FIELD_DEG = 167.5  # whole field of view of an eye (Nakada 2018, Sec. 6.1.1)
 NOISE_VARIANCE = 0.0025  # Nakada 2018, Sec. 6.1.2
 ANGLES, RINGS = 90, 40  # Nakada 2018, Eq. 2
@@ -75,6 +76,15 @@ class Layout:
         across = np.stack([self.directions[:, 1], -self.directions[:, 2]], axis=1)
         size = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
         return np.rad2deg(self.eccentricity)[:, None] * across / size
+
+    def near(self, point: np.ndarray, radius: float) -> Layout:
+        """Those receptors whose rays pass a point (3,) by less than a radius, m, or by hardly more.
+
+        The point is seen from the pinhole, in the eye's frame.
+        """
+        along = self.directions @ point
+        aside = point @ point - along * along
+        return replace(self, directions=self.directions[(along > 0) & (aside < MARGIN * radius**2)])
 
 
 def log_polar(rng: np.random.Generator, angles: int = ANGLES, rings: int = RINGS) -> Layout:

@@ -16,7 +16,7 @@ from anthro.body import Body
 from anthro.errors import UserError
 from anthro.eyes.flesh import flesh
 from anthro.render.mesh import Mesh, linear_rgb
-from anthro.render.parts import Ball, Part
+from anthro.render.parts import Ball, Part, Troop
 from anthro.render.props import Piece, pieces
 from anthro.render.raytrace import Studio
 from anthro.render.scene import corners, root_bone
@@ -67,6 +67,7 @@ class Scene:
         around = linear_rgb(background)
         self._names = [model.body(body).name for body in range(model.nbody)]
         self._limbs = {body: Part(mesh) for body, mesh in _skinned(model, tuple(skin.items())).items()}
+        self._carriers, self._troop = list(self._limbs), Troop(list(self._limbs.values()))
         if not self._limbs:
             raise UserError(f"the body has none of the bones {', '.join(skin)}: nothing of it can be seen")
         if stool and floor is None:
@@ -99,8 +100,7 @@ class Scene:
 
     def place(self, data: mujoco.MjData) -> Scene:
         """Put the limbs and what the body sits on where `data` has them, after `mj_kinematics`."""
-        for body, part in self._limbs.items():
-            part.place(data.xmat[body].reshape(3, 3), data.xpos[body])
+        self._troop.place(data.xmat[self._carriers].reshape(-1, 3, 3), data.xpos[self._carriers])
         for piece in self._pieces:
             piece.place(data.xmat[self._root].reshape(3, 3), data.xpos[self._root], self._home)
         return self

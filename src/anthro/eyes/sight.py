@@ -7,6 +7,8 @@ frames are shaded by the same code, `anthro.render.raytrace.shade`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -15,6 +17,7 @@ from anthro.errors import UserError
 from anthro.eyes.eye import SIDES, Eye, EyeState, MainSequenceMover, PaperMover, mover
 from anthro.eyes.layout import Layout, layout
 from anthro.eyes.scene import Scene
+from anthro.render import kernels
 from anthro.render.raytrace import shade
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear RGB (Rec. ITU-R BT.709)
@@ -37,13 +40,13 @@ def rays(
 
     Returns
     -------
-    origin : ndarray (3,)
-        The pinhole, m, in the world.
-    directions : ndarray (n, 3)
+    origins : ndarray (n, 3) float32
+        The pinhole, m, in the world, for each ray.
+    directions : ndarray (n, 3) float32
         Unit, out into the world.
     """
-    turn = rotation @ eye.rotation(angles)
-    return position + rotation @ eye.pupil(angles), receptors.directions @ turn.T
+    turn, pinhole = rotation @ eye.rotation(angles), position + rotation @ eye.pupil(angles)
+    return kernels.cast(receptors.directions, turn, pinhole)
 
 
 def nerve(colours: np.ndarray, binary: bool = False) -> np.ndarray:
@@ -138,12 +141,21 @@ class Eyes:
         """From the head's frame to the world: rotation (3, 3), position (3,), m."""
         return data.site_xmat[self._site].reshape(3, 3), data.site_xpos[self._site]
 
-    def rays(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-        """Pinholes and directions (n, 3) of the rays of both eyes, the left one's first."""
+    def rays(self, data: mujoco.MjData, layouts: Sequence[Layout] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Pinholes and directions (n, 3) of the rays of both eyes, left first: of all receptors, or of those told."""
         head = self.head(data)
-        pairs = [rays(*eye, *head) for eye in zip(self.eyes, self.layouts, self.angles, strict=True)]
-        origins = [np.broadcast_to(origin, directions.shape) for origin, directions in pairs]
-        return np.concatenate(origins), np.concatenate([directions for _, directions in pairs])
+        pairs = [rays(*eye, *head) for eye in zip(self.eyes, layouts or self.layouts, self.angles, strict=True)]
+        origins, directions = (np.concatenate(both) for both in zip(*pairs, strict=True))
+        return origins, directions
+
+    def near(self, data: mujoco.MjData, point: np.ndarray, radius: float) -> tuple[Layout, Layout]:
+        """Receptors of each eye whose rays pass a point (3,) of the world as `Layout.near` tells."""
+        rotation, position = self.head(data)
+        local = (point - position) @ rotation
+        return tuple(
+            receptors.near((local - eye.pupil(angles)) @ eye.rotation(angles), radius)
+            for eye, receptors, angles in zip(self.eyes, self.layouts, self.angles, strict=True)
+        )
 
     def see(self, data: mujoco.MjData) -> np.ndarray:
         """Optic nerve vectors of both eyes as the body lies in `data`, after `mj_kinematics`.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import mujoco
 import numpy as np
 
@@ -12,7 +10,7 @@ from anthro.eyes.scene import Scene, sole_height
 from anthro.eyes.sight import Eyes, as_bytes
 from anthro.eyes.vision import BALL_RADIUS, RED, WHITE
 from anthro.motor.limb import Limb, limb_plan
-from anthro.render.parts import Ball, Part
+from anthro.render.parts import REAL, Ball
 from anthro.render.raytrace import intersect
 
 COLOURS = (WHITE, RED)
@@ -35,6 +33,9 @@ class Witness:
     Attributes
     ----------
     limbs : dict of str to Limb
+    ball : Ball
+    eyes : Eyes
+        They see the ball and the body's limbs.
     data : mujoco.MjData
         Where the body lies.
     """
@@ -43,14 +44,13 @@ class Witness:
         self.body, self.data = body, mujoco.MjData(body.model)
         self.limbs = {name: Limb(limb_plan({"name": name} | plan), body) for name, plan in limbs.items()}
         self._joints = slice(body.model.nq - body.dof_count, None)
-        self._balls = {colour: Ball(BALL_RADIUS, colour) for colour in COLOURS}
-        self.eyes = Eyes(body, Scene(body.model, floor=sole_height(body), stool=True), retina, seed=seed)
-        self.show(WHITE)
+        self.ball = Ball(BALL_RADIUS, WHITE)
+        scene = Scene(body.model, [self.ball], floor=sole_height(body), stool=True)
+        self.eyes = Eyes(body, scene, retina, seed=seed)
 
     def show(self, colour: str) -> None:
         """Let the ball be `WHITE` or `RED` from now on."""
-        self.ball = self._balls[colour]
-        self.eyes.scene.balls = [self.ball]
+        self.ball.paint(colour)
 
     def pose(self, share: float, rng: np.random.Generator, **angles: np.ndarray) -> None:
         """Put each limb in a random pose of the middle share of its joints' ranges, or where it is told to be (d,)."""
@@ -86,28 +86,13 @@ class Witness:
 
     def on_ball(self) -> np.ndarray:
         """Receptors of each eye (2,) that see the ball, not hidden by anything."""
-        scene = self.eyes.scene.place(self.data)
-        origins, directions = self.eyes.rays(self.data)
-        away = self.ball.centre - origins
-        along = (away * directions).sum(axis=1)
-        near = np.flatnonzero((along > 0) & ((away * away).sum(axis=1) - along**2 < self.ball.radius**2))
-        if not len(near):
-            return np.zeros(2, int)
-        parts = [*before(scene.parts[:-1], origins[:: len(origins) // 2], self.ball), self.ball]
-        hits = intersect(parts, origins[near], directions[near])
-        seen = near[hits.part == len(parts) - 1]
-        return np.bincount(2 * seen // len(origins), minlength=2)
+        parts = self.eyes.scene.place(self.data).parts
+        layouts = self.eyes.near(self.data, self.ball.centre, self.ball.radius)
+        origins, directions = self.eyes.rays(self.data, layouts)
+        reach = (np.linalg.norm(self.ball.centre - origins, axis=1) + self.ball.radius).astype(REAL)
+        seen = intersect(parts, origins, directions, reach).part == len(parts) - 1
+        return np.array([side.sum() for side in np.split(seen, [layouts[0].count])])
 
     def look(self) -> np.ndarray:
         """Optic nerve vectors of both eyes as stored, (2, n) uint8."""
         return as_bytes(self.eyes.see(self.data))
-
-
-def before(parts: Sequence[Part | Ball], origins: np.ndarray, ball: Ball) -> list[Part | Ball]:
-    """Those of the parts that may hide some of a ball from points (k, 3) m: they come near the way from one to it."""
-    centres, radii = np.array([part.centre for part in parts]), np.array([part.radius for part in parts])
-    ways = (ball.centre - origins)[:, None]
-    along = ((centres - origins[:, None]) * ways).sum(axis=2) / (ways * ways).sum(axis=2)
-    nearest = origins[:, None] + np.clip(along, 0.0, 1.0)[..., None] * ways
-    near = np.linalg.norm(centres - nearest, axis=2) < radii + ball.radius
-    return [parts[index] for index in np.flatnonzero(near.any(axis=0))]

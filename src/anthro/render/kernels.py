@@ -1,7 +1,7 @@
-"""Inner loops of ray tracing, compiled: which rays may meet a part, which hit is nearest, what light it sends back.
+"""Inner loops of ray tracing, compiled: which hit is nearest, what light it sends back.
 
-Vectors are single precision. Rays have origins and unit directions (n, 3) in the world; ``reach`` (n,) says how far
-each of them still looks, m, and is 0 for one that looks no more.
+Vectors are single precision. Rays have origins and unit directions (n, 3) in the world, or are columns (6, n) of both;
+``reach`` (n,) says how far each of them still looks, m, and is 0 for one that looks no more.
 """
 
 from __future__ import annotations
@@ -9,94 +9,38 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-COMPILED = {"cache": True, "error_model": "numpy"}
-SMALL = np.float32(1e-12)
+from anthro.render.culling import COMPILED, SMALL
+
 SHININESS = 40  # exponent of the highlight
 
 
 @njit(**COMPILED)
-def columns_of(origins, directions):
-    """Origins and directions (n, 3) of rays as six columns (6, n), which are read several rays at a time."""
-    columns = np.empty((6, len(directions)), np.float32)
-    for i in range(len(directions)):
-        for j in range(3):
-            columns[j, i], columns[3 + j, i] = origins[i, j], directions[i, j]
-    return columns
-
-
-@njit(**COMPILED)
-def pass_ball(columns, reach, centre, radius, passing):
-    """Tell in ``passing`` (n,) uint8 which rays, as `columns_of` has them, meet a ball or begin in it; none is skipped.
-
-    Without a branch, so that several rays are looked at together.
-    """
-    square = radius * radius
-    for i in range(len(passing)):
-        x, y, z = centre[0] - columns[0, i], centre[1] - columns[1, i], centre[2] - columns[2, i]
-        ahead = x * columns[3, i] + y * columns[4, i] + z * columns[5, i]
-        away = x * x + y * y + z * z
-        passing[i] = (
-            (ahead > -radius)
-            & (ahead - radius < reach[i])
-            & (away - ahead * ahead < square)
-            & ((ahead > 0) | (away < square))
-        )
-
-
-@njit(**COMPILED)
-def gather(columns, reach, centre, radius, rotation, position, low, high, passing, chosen, starts, ways):
-    """Rays that pass the ball and the box around a part, carried into the part's frame.
+def cast(local, rotation, pinhole):
+    """Rays through a pinhole (3,), m, of the world; in double precision but for what is returned.
 
     Parameters
     ----------
-    columns : ndarray (6, n)
-        As of `columns_of`.
-    centre, radius : ndarray (3,), float
-        Of the ball, in the world.
-    rotation, position : ndarray (3, 3), (3,)
-        From the part's frame to the world.
-    low, high : ndarray (3,)
-        Corners of the box in the part's frame.
-    passing : ndarray (n,) uint8
-        Overwritten: which rays pass the ball.
-    chosen, starts, ways : ndarray (n,) int32, (n, 3), (n, 3)
-        Filled from the front: index, origin and direction of each ray that passes both.
+    local : ndarray (n, 3)
+        Their directions in an eye's frame.
+    rotation : ndarray (3, 3)
+        From that frame to the world.
 
     Returns
     -------
-    int
-        How many there are.
+    origins, directions : ndarray (n, 3)
     """
-    count = 0
-    start, way = np.empty(3, np.float32), np.empty(3, np.float32)
-    pass_ball(columns, reach, centre, radius, passing)
-    for i in range(len(passing)):
-        if not passing[i]:
-            continue
-        near, far = np.float32(0.0), reach[i]
-        for k in range(3):
-            begin, slope = np.float32(0.0), np.float32(0.0)
-            for j in range(3):
-                begin += (columns[j, i] - position[j]) * rotation[j, k]
-                slope += columns[3 + j, i] * rotation[j, k]
-            start[k], way[k] = begin, slope
-            if abs(slope) < SMALL:
-                slope = SMALL
-            enter, leave = (low[k] - begin) / slope, (high[k] - begin) / slope
-            if enter > leave:
-                enter, leave = leave, enter
-            near, far = max(near, enter), min(far, leave)
-        if near <= far:
-            chosen[count] = i
-            for k in range(3):
-                starts[count, k], ways[count, k] = start[k], way[k]
-            count += 1
-    return count
+    origins, directions = np.empty(local.shape, np.float32), np.empty(local.shape, np.float32)
+    for i in range(len(local)):
+        x, y, z = local[i, 0], local[i, 1], local[i, 2]
+        for j in range(3):
+            origins[i, j] = pinhole[j]
+            directions[i, j] = rotation[j, 0] * x + rotation[j, 1] * y + rotation[j, 2] * z
+    return origins, directions
 
 
 @njit(**COMPILED)
 def keep_nearest(
-    index, chosen, far, face, u, v, faces, corners, skins, sheen, rotation, directions, distance, part, normal, surface
+    index, chosen, far, face, u, v, faces, corners, skins, sheen, rotation, columns, distance, part, normal, surface
 ):
     """Hits of a part that are nearer than what the rays hit so far.
 
@@ -126,7 +70,7 @@ def keep_nearest(
             value = rotation[j, 0] * x + rotation[j, 1] * y + rotation[j, 2] * z
             normal[i, j] = value
             size += value * value
-            facing += value * directions[i, j]
+            facing += value * columns[3 + j, i]
         scale = 1 / max(np.sqrt(size), SMALL)
         if facing > 0:
             scale = -scale
@@ -146,14 +90,14 @@ def mark(chosen, answer, reach):
 
 
 @njit(**COMPILED)
-def meet_ball(index, centre, radius, skin, origins, directions, distance, part, normal, surface):
+def meet_ball(index, centre, radius, skin, columns, distance, part, normal, surface):
     """Hits of a ball that are nearer than what the rays hit so far; arguments as in `keep_nearest`.
 
     Double precision: the difference of two squares decides.
     """
-    for i in range(len(directions)):
-        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
-        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
+    for i in range(len(distance)):
+        x, y, z = centre[0] - columns[0, i], centre[1] - columns[1, i], centre[2] - columns[2, i]
+        ahead = x * columns[3, i] + y * columns[4, i] + z * columns[5, i]
         gap = ahead * ahead - (x * x + y * y + z * z) + radius * radius
         if gap <= 0:
             continue
@@ -166,8 +110,8 @@ def meet_ball(index, centre, radius, skin, origins, directions, distance, part, 
         distance[i], part[i] = far, index
         facing = 0.0
         for j in range(3):
-            normal[i, j] = (origins[i, j] + far * directions[i, j] - centre[j]) / radius
-            facing += normal[i, j] * directions[i, j]
+            normal[i, j] = (columns[j, i] + far * columns[3 + j, i] - centre[j]) / radius
+            facing += normal[i, j] * columns[3 + j, i]
         if facing > 0:
             for j in range(3):
                 normal[i, j] = -normal[i, j]
@@ -176,11 +120,11 @@ def meet_ball(index, centre, radius, skin, origins, directions, distance, part, 
 
 
 @njit(**COMPILED)
-def block_ball(centre, radius, origins, directions, reach):
+def block_ball(centre, radius, columns, reach):
     """Set the ``reach`` of rays that meet a ball to 0."""
-    for i in range(len(directions)):
-        x, y, z = centre[0] - origins[i, 0], centre[1] - origins[i, 1], centre[2] - origins[i, 2]
-        ahead = x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2]
+    for i in range(len(reach)):
+        x, y, z = centre[0] - columns[0, i], centre[1] - columns[1, i], centre[2] - columns[2, i]
+        ahead = x * columns[3, i] + y * columns[4, i] + z * columns[5, i]
         away = x * x + y * y + z * z - radius * radius
         if ahead * ahead - away > 0 and (ahead > 0 or away < 0):
             reach[i] = 0

@@ -9,7 +9,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from anthro.render import kernels
+from anthro.render import culling, kernels
 from anthro.render.mesh import Mesh, linear_rgb
 
 FAR = 1e30
@@ -32,17 +32,21 @@ class Rays:
         Unit. At least one of the two has a row for each ray.
     reach : ndarray (n,), optional
         How far each one looks, m; `FAR` if it is left out.
+
+    Attributes
+    ----------
+    columns : ndarray (6, n)
+        Origins and directions.
     """
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | None = None) -> None:
-        shape = (len(directions) if np.ndim(directions) == 2 else len(origins), 3)
-        self.origins, self.directions = (
-            np.ascontiguousarray(np.broadcast_to(np.asarray(given, REAL), shape)) for given in (origins, directions)
-        )
-        self.reach = np.full(shape[0], FAR, REAL) if reach is None else reach
-        self.columns = kernels.columns_of(self.origins, self.directions)
-        self.passing, self.chosen = np.empty(shape[0], np.uint8), np.empty(shape[0], np.int32)
-        self.starts, self.ways = np.empty(shape, REAL), np.empty(shape, REAL)
+        count = len(directions) if np.ndim(directions) == 2 else len(origins)
+        self.columns = np.empty((6, count), REAL)
+        for rows, given in ((self.columns[:3], origins), (self.columns[3:], directions)):
+            rows[:] = np.asarray(given).reshape(-1, 3).T
+        self.reach = np.full(count, FAR, REAL) if reach is None else reach
+        self.chosen = np.empty(count, np.int32)
+        self.starts, self.ways = np.empty((count, 3), REAL), np.empty((count, 3), REAL)
 
 
 class Hits:
@@ -93,6 +97,15 @@ class Part:
     rotation : ndarray (3, 3), optional
     position : ndarray (3,), optional
         From that frame to the world, m.
+
+    Attributes
+    ----------
+    rotation, position : ndarray (3, 3), (3,)
+        Where it is.
+    ball : ndarray (4,)
+        A ball around it: centre in the world and radius, m.
+    middle : ndarray (3,)
+        That centre in its own frame.
     """
 
     def __init__(
@@ -109,9 +122,10 @@ class Part:
             glow=mesh.glow.astype(REAL),
         )
         low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        self._middle = (low + high) / 2
-        reach = np.linalg.norm(mesh.vertices - self._middle, axis=1).max()
-        self.radius = float(1.001 * reach)
+        self.middle = (low + high) / 2
+        reach = np.linalg.norm(mesh.vertices - self.middle, axis=1).max()
+        self.ball = np.array([0, 0, 0, 1.001 * reach], REAL)
+        self.rotation, self.position = np.empty((3, 3), REAL), np.empty(3, REAL)
         # Wider than the mesh by what rounding may do to a ray that grazes it.
         self._box = (low - REAL(1e-4 + 1e-3 * reach), high + REAL(1e-4 + 1e-3 * reach))
         self._embree = EmbreeScene()
@@ -148,9 +162,9 @@ class Part:
 
     def place(self, rotation: np.ndarray | None, position: np.ndarray | None) -> Part:
         """Put the mesh's frame into the world; None leaves it unturned or unshifted."""
-        self.rotation = np.ascontiguousarray(np.eye(3) if rotation is None else rotation, REAL)
-        self.position = np.asarray(np.zeros(3) if position is None else position, REAL)
-        self.centre = self.rotation @ self._middle + self.position
+        self.rotation[:] = np.eye(3) if rotation is None else rotation
+        self.position[:] = 0 if position is None else position
+        self.ball[:3] = np.dot(self.rotation, self.middle) + self.position
         return self
 
     def meet(self, index: int, rays: Rays, hits: Hits) -> None:
@@ -171,7 +185,7 @@ class Part:
             self._skins,
             self._sheen,
             self.rotation,
-            rays.directions,
+            rays.columns,
             *hits.columns,
         )
 
@@ -184,19 +198,40 @@ class Part:
 
     def _gather(self, rays: Rays, reach: np.ndarray) -> int:
         """How many rays may meet it nearer than `reach` (n,); they are left in `rays`, in the part's frame."""
-        return kernels.gather(
+        return culling.gather(
             rays.columns,
             reach,
-            self.centre,
-            REAL(self.radius),
+            self.ball,
             self.rotation,
             self.position,
             *self._box,
-            rays.passing,
             rays.chosen,
             rays.starts,
             rays.ways,
         )
+
+
+class Troop:
+    """Parts that are placed at one stroke.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        They hold views of this troop's arrays from now on, and may still be placed one by one.
+    """
+
+    def __init__(self, parts: Sequence[Part]) -> None:
+        self._rotations, self._positions = np.empty((len(parts), 3, 3), REAL), np.empty((len(parts), 3), REAL)
+        self._balls, self._middles = np.empty((len(parts), 4), REAL), np.empty((len(parts), 3), REAL)
+        for k, part in enumerate(parts):
+            self._rotations[k], self._positions[k] = part.rotation, part.position
+            self._balls[k], self._middles[k] = part.ball, part.middle
+            part.rotation, part.position, part.ball = self._rotations[k], self._positions[k], self._balls[k]
+
+    def place(self, rotations: np.ndarray, positions: np.ndarray) -> None:
+        """Put the parts' frames into the world: rotations (p, 3, 3) and positions (p, 3), m."""
+        self._rotations[:], self._positions[:] = rotations, positions
+        self._balls[:, :3] = np.einsum("pij,pj->pi", self._rotations, self._middles) + self._positions
 
 
 class Ball:
@@ -212,6 +247,14 @@ class Ball:
         m, in the world.
     gloss, glow, mirror : float
         As in `Mesh`; the first two are those of `anthro.render.mesh.sphere`.
+
+    Attributes
+    ----------
+    centre : ndarray (3,)
+        m, in the world.
+    colour : str
+    ball : ndarray (4,)
+        As in `Part`: a little wider than it is.
     """
 
     def __init__(
@@ -224,26 +267,26 @@ class Ball:
         mirror: float = 0.0,
     ) -> None:
         self.radius = float(radius)
-        self._skin = np.array([*linear_rgb(colour), 1.0, glow, gloss, mirror], REAL)
-        self.place(position)
+        self.ball = np.array([0, 0, 0, 1.001 * radius], REAL)
+        self._skin = np.array([0, 0, 0, 1.0, glow, gloss, mirror], REAL)
+        self.paint(colour).place(position)
+
+    def paint(self, colour: str) -> Ball:
+        """Give it another colour, sRGB ``#rrggbb``."""
+        self.colour = colour
+        self._skin[:3] = linear_rgb(colour)
+        return self
 
     def place(self, position: Sequence[float]) -> Ball:
         """Put its centre (3,), m, into the world."""
         self.centre = np.array(position, float)
+        self.ball[:3] = self.centre
         return self
 
     def meet(self, index: int, rays: Rays, hits: Hits) -> None:
         """As in `Part`."""
-        kernels.meet_ball(
-            index,
-            self.centre,
-            self.radius,
-            self._skin,
-            rays.origins,
-            rays.directions,
-            *hits.columns,
-        )
+        kernels.meet_ball(index, self.centre, self.radius, self._skin, rays.columns, *hits.columns)
 
     def block(self, rays: Rays) -> None:
         """As in `Part`."""
-        kernels.block_ball(self.centre, self.radius, rays.origins, rays.directions, rays.reach)
+        kernels.block_ball(self.centre, self.radius, rays.columns, rays.reach)

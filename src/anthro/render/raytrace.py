@@ -7,15 +7,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from anthro.render import kernels
+from anthro.render import culling, kernels
 from anthro.render.camera import Camera
 from anthro.render.mesh import linear_rgb
-from anthro.render.parts import GOLDEN_ANGLE, OFFSET, REAL, Ball, Hits, Part, Rays
+from anthro.render.parts import FAR, GOLDEN_ANGLE, OFFSET, REAL, Ball, Hits, Part, Rays
 
 BOUNCES = 2  # mirrors seen in mirrors; what lies behind them is not traced
 
 
-def intersect(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray) -> Hits:
+def intersect(
+    parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | None = None
+) -> Hits:
     """Nearest hit of each ray with all parts.
 
     Parameters
@@ -25,30 +27,36 @@ def intersect(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.
         m.
     directions : ndarray (n, 3)
         Unit.
+    reach : ndarray (n,), optional
+        Parts that lie further away, m, need not be tried.
 
     Returns
     -------
     Hits
     """
-    rays, hits = Rays(origins, directions), Hits(len(directions))
-    for index in nearest_first(parts, rays):
+    rays, hits = Rays(origins, directions, reach), Hits(len(directions))
+    for index in within_reach(parts, rays):
         parts[index].meet(index, rays, hits)
     return hits
 
 
-def nearest_first(parts: Sequence[Part | Ball], rays: Rays) -> list[int]:
-    """Indices of the parts, the nearer ones first: what they hide need not be traced."""
-    if not len(parts) or not len(rays.origins):
+def within_reach(parts: Sequence[Part | Ball], rays: Rays) -> list[int]:
+    """Indices of the parts that any ray may meet, the nearer ones first: what they hide need not be traced."""
+    if not len(parts) or not len(rays.reach):
         return []
-    away = np.array([part.centre for part in parts]) - rays.origins[0]
-    return np.argsort((away * away).sum(axis=1), kind="stable").tolist()
+    balls = np.concatenate([part.ball for part in parts]).reshape(-1, 4)
+    away = balls[:, :3] - rays.columns[:3, 0]
+    order = np.argsort((away * away).sum(axis=1), kind="stable")
+    return order[culling.reachable(rays.columns, rays.reach, balls)[order]].tolist()
 
 
-def occluded(parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Whether rays from `origins` (n, 3) along `directions` (n, 3) or (3,) meet any part: (n,)."""
-    rays = Rays(origins, directions)
-    for part in parts:
-        part.block(rays)
+def occluded(
+    parts: Sequence[Part | Ball], origins: np.ndarray, directions: np.ndarray, reach: np.ndarray | None = None
+) -> np.ndarray:
+    """Whether rays from `origins` (n, 3) along `directions` (n, 3) or (3,) meet any part, or look 0 m far: (n,)."""
+    rays = Rays(origins, directions, reach)
+    for index in within_reach(parts, rays):
+        parts[index].block(rays)
     return rays.reach == 0
 
 
@@ -148,13 +156,12 @@ def shade(
 
 
 def _key_light(parts: Sequence[Part | Ball], studio: Studio, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Share of the key light (n,) that arrives at points and their normals (n, 3)."""
+    """Share of the key light (n,) that arrives at points (n, 3) and their normals (n, 3) or (3,)."""
     total = np.zeros(len(points), REAL)
     for direction in disc_directions(studio.key_axis, studio.key_spread_deg, studio.key_rays):
-        facing = normals @ direction
-        lit = np.flatnonzero(facing > 0)
-        free = ~occluded(parts, points[lit], direction)
-        total[lit[free]] += facing[lit[free]]
+        facing = np.broadcast_to(normals @ direction, total.shape)
+        reach = np.where(facing > 0, REAL(FAR), REAL(0))
+        total += np.where(occluded(parts, points, direction, reach), REAL(0), facing)
     return total / studio.key_rays
 
 
@@ -170,8 +177,7 @@ def _surroundings(
     if studio.floor is None:
         return colours
     down, points = kernels.meet_floor(origins, directions, needed, REAL(studio.floor))
-    up = np.broadcast_to(np.array([0.0, 0.0, 1.0], REAL), points.shape)
-    shadow = _key_light(parts, studio, points, up) / studio.key_axis[2]
+    shadow = _key_light(parts, studio, points, np.array([0.0, 0.0, 1.0], REAL)) / studio.key_axis[2]
     kernels.paint_floor(down, points, origins, shadow, studio.floor_colour.astype(REAL), colours)
     return colours
 
