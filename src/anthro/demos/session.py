@@ -70,11 +70,18 @@ class Session:
         """Weights of a limb's ``paper``, ``proprioceptive`` or ``reflex`` network."""
         return self.run / "nets" / registry.limb(limb).nets[role] / "weights.h5"
 
-    def controller(self, limb: str, inputs: str | None = None, with_reflex: bool = True) -> NeuromuscularController:
+    def controller(
+        self,
+        limb: str,
+        inputs: str | None = None,
+        with_reflex: bool = True,
+        kind: type[NeuromuscularController] = NeuromuscularController,
+        pace: float = 1.0,
+    ) -> NeuromuscularController:
         """A limb's neuromuscular controller with one input variant, the better one when None."""
         inputs = self.chosen_inputs(limb, inputs)
         reflex = self.weights(limb, "reflex") if with_reflex else None
-        return NeuromuscularController.load(self.limb(limb), self.weights(limb, inputs), reflex, inputs)
+        return kind.load(self.limb(limb), self.weights(limb, inputs), reflex, inputs, pace)
 
     def teacher(self, limb: str, rule: str = "equilibrium") -> Teacher:
         """The teacher with the gains that this run's data were labelled with."""

@@ -22,25 +22,30 @@ class NeuromuscularController:
     limb : what it senses and moves.
     voluntary : network of (offset, drive) or, ``proprioceptive``, (offset, drive, strain).
     reflex : network of (strain change, strain rate change); None switches the reflex off.
+    pace : share of the voluntary network's adjustments that is made; 1, as they were trained.
     """
 
-    def __init__(self, limb: Limb, voluntary: FeedForward, reflex: FeedForward | None):
-        self.limb, self.voluntary, self.reflex = limb, voluntary, reflex
+    def __init__(self, limb: Limb, voluntary: FeedForward, reflex: FeedForward | None, pace: float = 1.0):
+        self.limb, self.voluntary, self.reflex, self.pace = limb, voluntary, reflex, pace
         self.proprioceptive = voluntary.n_in == limb.width + 2 * limb.size
         self.drive = np.zeros(limb.size)
         self._silent = np.zeros(limb.size)
 
     @classmethod
-    def load(cls, limb: Limb, voluntary, reflex, inputs: str) -> NeuromuscularController:
+    def load(cls, limb: Limb, voluntary, reflex, inputs: str, pace: float = 1.0) -> NeuromuscularController:
         """Load both networks from their files; UserError when a shape does not fit."""
         width = limb.width + limb.size * (2 if inputs == "proprioceptive" else 1)
         reflex_net = reflex and FeedForward.load(reflex, inputs=2 * limb.size, outputs=limb.size)
-        return cls(limb, FeedForward.load(voluntary, inputs=width, outputs=limb.size), reflex_net)
+        return cls(limb, FeedForward.load(voluntary, inputs=width, outputs=limb.size), reflex_net, pace)
 
     def reset(self, simulator: Simulator, drive=None) -> None:
         """Begin at the simulator's state with neural drive (n,), zero when None."""
         self.drive = np.zeros_like(self.drive) if drive is None else np.array(drive, float)
-        self._strain, self._rate = self.limb.strains(simulator)
+        self._strain, self._rate = self.strains(simulator)
+
+    def strains(self, simulator: Simulator) -> tuple[np.ndarray, np.ndarray]:
+        """Strains (n,) and strain rates (n,) 1/s that it senses."""
+        return self.limb.strains(simulator)
 
     def activation(self, simulator: Simulator, target) -> np.ndarray:
         """Activations (n,) of the limb's muscles for the next control step towards ``target`` (Eq. 1).
@@ -48,12 +53,12 @@ class NeuromuscularController:
         The controller senses its limb's discrepancy from the target, its own drive, strains and strain rates; nothing
         else of the simulator is read.
         """
-        return self.control(self.limb.offset(simulator.data, target), *self.limb.strains(simulator))
+        return self.control(self.limb.offset(simulator.data, target), *self.strains(simulator))
 
     def control(self, offset, strain, strain_rate) -> np.ndarray:
         """One control step from offset (width,) m or rad, strain (n,) and strain rate (n,) 1/s."""
         sensed = [offset, self.drive, strain] if self.proprioceptive else [offset, self.drive]
-        voluntary = self.voluntary.predict(np.concatenate(sensed))
+        voluntary = self.pace * self.voluntary.predict(np.concatenate(sensed))
         adjustment = self._silent
         if self.reflex is not None:
             change = np.concatenate([strain - self._strain, strain_rate - self._rate])
