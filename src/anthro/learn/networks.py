@@ -10,14 +10,6 @@ from torch import nn
 from anthro.motor.network import FeedForward
 
 
-def _layer_of(n_in: int, n_out: int) -> nn.Linear:
-    """A layer whose weights are 0; PyTorch's own way to leave out its random ones imports SymPy first."""
-    layer = nn.Linear(n_in, n_out, device="meta")
-    layer.weight = nn.Parameter(torch.zeros(n_out, n_in))
-    layer.bias = nn.Parameter(torch.zeros(n_out))
-    return layer
-
-
 class Network(nn.Module):
     """Layers between normalised inputs and outputs (Nakada 2018, Sec. 5, footnote 1; Grzeszczuk 1998, Sec. 2.1).
 
@@ -43,8 +35,10 @@ class Network(nn.Module):
     ):
         super().__init__()
         self.sizes, self.activation = tuple(sizes), activation
-        self.layers = nn.ModuleList(_layer_of(n_in, n_out) for n_in, n_out in pairwise(self.sizes))
+        self.layers = nn.ModuleList(nn.utils.skip_init(nn.Linear, n_in, n_out) for n_in, n_out in pairwise(self.sizes))
         for layer in self.layers:
+            nn.init.zeros_(layer.bias)
+            nn.init.zeros_(layer.weight)
             if generator is not None and uniform:
                 for values in (layer.weight, layer.bias):
                     drawn = generator.uniform(-1.0, 1.0, tuple(values.shape)) / np.sqrt(layer.in_features)

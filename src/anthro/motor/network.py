@@ -1,14 +1,12 @@
-"""The networks online: feed-forward prediction in NumPy, and the one format of networks on disk.
-
-Prediction imports its libraries when it is asked for: a training writes a network that it never asks.
-"""
+"""The networks online: feed-forward prediction in NumPy, and the one format of networks on disk."""
 
 import os
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numba import njit
+from scipy.special import expit
 
 from anthro.errors import UserError
 from anthro.files import read_shard, write_shard
@@ -64,11 +62,34 @@ def harden(values: np.ndarray, softening: np.ndarray, reach: np.ndarray) -> np.n
     return np.where(softening > 0.0, bent, values)
 
 
-def _squash(values: np.ndarray) -> None:
-    """Put values through a sigmoid, in place."""
-    from scipy.special import expit
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _layer(columns, bias, inputs, rectified, outputs):
+    """``bias + inputs @ columns`` (n_out,) for one sample, negative values set to 0 where ``rectified``.
 
-    expit(values, out=values)
+    A network online waits for its weights to come from memory: those of inputs that are 0, which half of the rectified
+    units are, are not read.
+    """
+    active, count = np.empty(len(inputs), np.int64), 0
+    for j in range(len(inputs)):
+        if inputs[j] != 0.0:
+            active[count] = j
+            count += 1
+    for i in range(len(outputs)):
+        outputs[i] = bias[i]
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        j0, j1, j2, j3 = active[k], active[k + 1], active[k + 2], active[k + 3]
+        x0, x1, x2, x3 = inputs[j0], inputs[j1], inputs[j2], inputs[j3]
+        for i in range(len(outputs)):
+            outputs[i] += x0 * columns[j0, i] + x1 * columns[j1, i] + x2 * columns[j2, i] + x3 * columns[j3, i]
+    for k in range(whole, count):
+        x0, j0 = inputs[active[k]], active[k]
+        for i in range(len(outputs)):
+            outputs[i] += x0 * columns[j0, i]
+    if rectified:
+        for i in range(len(outputs)):
+            if outputs[i] < 0.0:
+                outputs[i] = 0.0
 
 
 class FeedForward:
@@ -111,11 +132,7 @@ class FeedForward:
         self.attrs = dict(attrs or {})
         self.activation = self.attrs.get("activation", "relu")
         self._check()
-        self._soft = np.flatnonzero(self.normalisation["input_softening"])
-        self._soft_scale = self.normalisation["input_softening"][self._soft]
-        self._mean = self.normalisation["input_mean"]
-        self._softening = self.normalisation["output_softening"]
-        self._reach = reach_of(self._softening, self.normalisation["output_limit"]).astype(np.float32)
+        self._fold()
 
     def _width(self, name: str) -> int:
         return self.sizes[0] if name.startswith("input") else self.sizes[-1]
@@ -130,19 +147,23 @@ class FeedForward:
             if values.shape != (self._width(name),):
                 raise ValueError(f"{name} has shape {values.shape}, not ({self._width(name)},)")
 
-    @cached_property
-    def _layers(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Columns and bias of each layer, the scales put into the first and the last, and room for its outputs."""
+    def _fold(self) -> None:
+        """Put the scales into the first and the last layer, and make room for the layers' outputs."""
         scale = {name: values.astype(float) for name, values in self.normalisation.items()}
         folded = list(self.matrices)
         folded[0] = (folded[0] / scale["input_scale"]).astype(np.float32)
         folded[-1] = (folded[-1] * scale["output_scale"][:, None]).astype(np.float32)
         last_bias = self.biases[-1] * scale["output_scale"] + scale["output_mean"]
+        self._soft = np.flatnonzero(self.normalisation["input_softening"])
+        self._soft_scale = self.normalisation["input_softening"][self._soft]
+        self._mean = self.normalisation["input_mean"]
         biases = [*self.biases[:-1], last_bias.astype(np.float32)]
-        return [
+        self._layers = [
             (np.ascontiguousarray(matrix.T), bias, np.empty_like(bias))
             for matrix, bias in zip(folded, biases, strict=True)
         ]
+        self._softening = self.normalisation["output_softening"]
+        self._reach = reach_of(self._softening, self.normalisation["output_limit"]).astype(np.float32)
 
     @property
     def n_in(self) -> int:
@@ -190,19 +211,17 @@ class FeedForward:
         z -= self._mean
         last, rectified = len(self._layers) - 1, self.activation == "relu"
         if z.ndim == 1:
-            from anthro.motor.layer import layer
-
             for index, (columns, bias, out) in enumerate(self._layers):
-                layer(columns, bias, z, rectified and index < last, out)
+                _layer(columns, bias, z, rectified and index < last, out)
                 if not rectified and index < last:
-                    _squash(out)
+                    expit(out, out=out)
                 z = out
             return self._harden(z.copy())
         for index, (columns, bias, _) in enumerate(self._layers):
             z = z @ columns
             z += bias
             if index < last:
-                np.maximum(z, 0.0, out=z) if rectified else _squash(z)
+                np.maximum(z, 0.0, out=z) if rectified else expit(z, out=z)
         return self._harden(z)
 
     def _harden(self, y: np.ndarray) -> np.ndarray:
