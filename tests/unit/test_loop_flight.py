@@ -1,6 +1,5 @@
 """Flights fitted to what is seen of them, bounces noticed, and the places where a limb meets a ball."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from anthro.loop.flight import GRAVITY, Flight, aimed, covariance
+from anthro.loop.flight import GRAVITY, Flight, covariance
 from anthro.loop.meeting import Meeting
 from anthro.loop.percept import Percept, crossing
 from anthro.loop.plan import loop_plan
@@ -36,11 +35,8 @@ def seen(place, gap):
     return covariance(plan, way / distance, distance, plan.near_sd + plan.far_sd * gap)
 
 
-PLACES = np.random.default_rng(5).uniform((0.2, -0.6, 0.7), (0.6, 0.0, 1.3), (3000, 3))
-
-
-def watched(place, velocity, until, noise=0.0, rng=None, plan=PLAN.flight):
-    flight = Flight(plan, PLACES)
+def watched(place, velocity, until, noise=0.0, rng=None):
+    flight = Flight(PLAN.flight)
     for time in np.arange(0.3, 0.3 + until, LOOK):
         true = fallen(place, velocity, time - 0.3)
         spread = seen(true, np.linalg.norm(true))
@@ -53,52 +49,25 @@ def test_the_fall_is_that_of_the_world():
     np.testing.assert_array_equal(GRAVITY, balls.GRAVITY)
 
 
-@given(vector, st.integers(0, 2999), st.floats(0.5, 1.5), st.floats(0.3, 1.0))
-def test_a_flight_that_is_seen_exactly_is_known(place, aim, arrival, until):
-    """But for what is thought of its velocity before anything is seen, from which it deviates by two deviations."""
-    start = 3.0 * np.array([1, 0, 0]) + place
-    velocity = (PLACES[aim] - start) / arrival - 0.5 * arrival * GRAVITY
-    flight = watched(start, velocity, until)
+@given(vector, vector, st.floats(0.3, 1.0))
+def test_a_flight_that_is_seen_exactly_is_known(place, velocity, until):
+    """But for what is thought of its speed before anything is seen, which weighs little."""
+    flight = watched(3.0 * np.array([1, 0, 0]) + place, velocity, until)
     later = 0.3 + until + 0.4
+    wanted = fallen(3.0 * np.array([1, 0, 0]) + place, velocity, later - 0.3)
     found, spread = flight.at(later)
-    gap = found - fallen(start, velocity, later - 0.3)
     assert flight.bounces == 0
-    assert gap @ np.linalg.solve(spread, gap) < 3.0
+    assert np.linalg.norm(found - wanted) < 0.25 * np.sqrt(np.trace(spread)) + 1e-6
     np.testing.assert_allclose(flight.path(np.array([later]))[0], found)
 
 
-def test_before_more_is_seen_a_ball_is_thought_to_come_to_the_limb():
-    """Mean and covariance are those of velocities drawn as the docstring says."""
-    place, spread = np.array([3.0, 0.4, 1.3]), np.diag([0.1, 0.01, 0.02])
-    mean, doubt = aimed(place, spread, PLACES, (0.5, 1.5))
-    rng = np.random.default_rng(2)
-    times = rng.uniform(0.5, 1.5, (200_000, 1))
-    starts = rng.multivariate_normal(place, spread, len(times))
-    drawn = (PLACES[rng.integers(len(PLACES), size=len(times))] - starts) / times - 0.5 * times * GRAVITY
-    np.testing.assert_allclose(mean, drawn.mean(axis=0), atol=0.06)
-    np.testing.assert_allclose(doubt, np.cov(drawn.T), atol=0.15)
-    flight = Flight(PLAN.flight, PLACES)
-    flight.see(0.0, place, spread)
-    np.testing.assert_allclose(flight.at(0.1)[0], place + 0.1 * mean + 0.005 * GRAVITY, atol=1e-3)
-
-
-def test_looks_that_err_alike_tell_less():
-    start, aim, arrival = np.array([3.2, 0.1, 1.2]), PLACES[0], 1.0
-    velocity = (aim - start) / arrival - 0.5 * arrival * GRAVITY
-    spreads = [
-        np.trace(watched(start, velocity, 0.4, plan=replace(PLAN.flight, alike=alike)).at(1.3)[1])
-        for alike in (1.0, 4.0, 16.0)
-    ]
-    assert spreads[0] < spreads[1] < spreads[2]
-
-
 def test_a_noisy_flight_is_known_as_well_as_is_said():
-    """Looks that err each by itself. Mahalanobis distances of three dimensions are 3 on average."""
+    """Mahalanobis distances of three dimensions: 3 on average, over 11.3 once in a hundred."""
     rng = np.random.default_rng(0)
     apart = []
     for _ in range(200):
         place, velocity = np.array([3.0, 0.2, 1.3]), rng.normal([-3.0, 0.0, 4.0], [0.6, 0.5, 0.6])
-        flight = watched(place, velocity, 0.5, 1.0, rng, replace(PLAN.flight, alike=1.0))
+        flight = watched(place, velocity, 0.5, 1.0, rng)
         found, spread = flight.at(1.2)
         gap = found - fallen(place, velocity, 0.9)
         apart.append(gap @ np.linalg.solve(spread, gap))
@@ -117,7 +86,7 @@ def test_a_bounce_is_noticed_and_what_follows_is_foreseen(noise):
     floor = Slope("floor", (1.0, 0.0, 0.8), half_size=(1.0, 1.0))
     world = Balls([Ball()], surfaces=[floor])
     world.throw(0, (1.6, -0.2, 1.6), (-1.0, 0.0, 0.0))
-    flight = Flight(PLAN.flight, PLACES)
+    flight = Flight(PLAN.flight)
     while len(world.hits) < 1 or world.time < world.hits[0].time + 0.12:
         world.advance(LOOK)
         true = world.position[0]
@@ -162,10 +131,13 @@ def test_the_eyes_converge_on_near_balls_and_limbs_tell_of_far_ones():
         meeting, place = Meeting(PLACES, PLAN.flight, PLAN.meeting), EYES + [distance, 0.0, 0.0]
         meeting.notice(told(0.0, place), np.array([0.5, 0.0, 0.0]), place - [0.3, 0.0, 0.0])
         shares.append((meeting.estimate - place)[0] / 0.2)
-    assert 0.0 < shares[0] < 0.1 < shares[1] < shares[2] and 0.5 < shares[2] < 1.0
+    assert 0.0 < shares[0] < shares[1] < 0.1 and 0.5 < shares[2] < 1.0
     meeting.reset()
     meeting.notice(told(0.0, place, blind=True), np.array([0.5, 0.0, 0.0]), place - [0.3, 0.0, 0.0])
     assert np.linalg.norm(meeting.estimate - EYES) == pytest.approx(4.2, abs=0.01)
+
+
+PLACES = np.random.default_rng(5).uniform((0.2, -0.6, 0.7), (0.6, 0.0, 1.3), (3000, 3))
 
 
 @given(st.floats(0.8, 1.4), st.tuples(st.floats(0.3, 0.5), st.floats(-0.5, -0.1), st.floats(0.8, 1.2)).map(np.array))

@@ -2,11 +2,7 @@
 
 Position p and velocity v at the time t0 of the first look are estimated by weighted least squares, kept recursively as
 information matrix and vector: a place z seen at t adds  H^T W (z - g (t - t0)^2 / 2)  with H = [1, (t - t0)] and W the
-inverse covariance of the look. Gravity g is known. Directions are seen better than distances. Looks that follow each
-other err alike, so that each of them tells less than if it stood alone.
-
-Before anything is seen the ball is thought to be meant for the limb that meets it: to come, some time after the first
-look, to one of the places that the limb reaches. That holds the velocity while distances are still seen badly.
+inverse covariance of the look. Gravity g is known. Directions are seen better than distances.
 
 Looks that are too far from the flight, several in a row, tell of a bounce: the fit begins anew from these looks. All
 that is assumed of it beforehand is that it turns falling into rising; where and how steep the surface is stays unknown.
@@ -20,8 +16,7 @@ from anthro.loop.plan import FlightPlan
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2
 SPEED, PLACE = slice(3, 6), slice(0, 3)
-FAR = 100.0  # m, standard deviation of the place before anything is seen
-ARRIVALS = 20  # instants that stand for a span of time
+FAR = 10.0  # m, standard deviation of the place before anything is seen
 
 
 def covariance(plan: FlightPlan, direction: np.ndarray, distance: float, doubt: float) -> np.ndarray:
@@ -30,44 +25,25 @@ def covariance(plan: FlightPlan, direction: np.ndarray, distance: float, doubt: 
     return across * np.eye(3) + (doubt**2 - across) * np.outer(direction, direction)
 
 
-def aimed(place: np.ndarray, spread: np.ndarray, aims: np.ndarray, arrives) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity of a ball in free fall that will come to one of some places: mean (3,) m/s, covariance (3, 3).
-
-    v = (a - p) / T - g T / 2  for a place p known to a covariance ``spread`` (3, 3) m^2, aims a evenly among ``aims``
-    (k, 3) m, and T evenly between the two times ``arrives``, s.
-    """
-    times = np.interp((np.arange(ARRIVALS) + 0.5) / ARRIVALS, (0.0, 1.0), arrives)[:, None]
-    middle = (aims.mean(axis=0) - place) / times - 0.5 * times * GRAVITY
-    scatter = np.cov(aims.T, bias=True) + spread
-    return middle.mean(axis=0), np.cov(middle.T, bias=True) + np.mean(times**-2) * scatter
-
-
 class Flight:
-    """One ball's flight; times in s, places in m.
+    """One ball's flight; times in s, places in m."""
 
-    Parameters
-    ----------
-    plan : FlightPlan
-    aims : ndarray (k, 3)
-        Where the ball may be meant to come to, m.
-    """
-
-    def __init__(self, plan: FlightPlan, aims: np.ndarray):
-        self.plan, self._aims = plan, aims
+    def __init__(self, plan: FlightPlan):
+        self.plan = plan
         self.reset()
 
     def reset(self) -> None:
         """Nothing was seen."""
         self.bounces = 0
         self._strange: list = []
-        self._start: float | None = None
+        self._begin(np.zeros(3), self.plan.speed_sd)
 
-    def _begin(self, time: float, velocity: np.ndarray, spread: np.ndarray) -> None:
-        """Begin anew at a time with a velocity (3,) m/s that is known to a covariance (3, 3) m^2/s^2."""
-        self._start = time
-        self._information = np.diag([FAR**-2] * 6)
-        self._information[SPEED, SPEED] = np.linalg.inv(spread)
-        self._vector = np.concatenate([np.zeros(3), self._information[SPEED, SPEED] @ velocity])
+    def _begin(self, velocity: np.ndarray, spread: float) -> None:
+        """Begin anew with a velocity (3,) m/s that is known to within a standard deviation, m/s."""
+        self._start: float | None = None
+        certainty = np.array([FAR**-2] * 3 + [spread**-2] * 3)
+        self._information = np.diag(certainty)
+        self._vector = certainty * np.concatenate([np.zeros(3), velocity])
         self._solved: tuple | None = None
 
     def _bounce(self) -> None:
@@ -76,7 +52,7 @@ class Flight:
         before = self._state[0][SPEED] + (looks[0][0] - self._start) * GRAVITY
         self.bounces += 1
         rebound = self.plan.rebound * abs(before[2])
-        self._begin(looks[0][0], np.array([before[0], before[1], rebound]), self.plan.rebound_sd**2 * np.eye(3))
+        self._begin(np.array([before[0], before[1], rebound]), self.plan.rebound_sd)
         for look in looks:
             self._add(*look)
 
@@ -87,10 +63,7 @@ class Flight:
 
     def see(self, time: float, place: np.ndarray, spread: np.ndarray) -> None:
         """Take in a place (3,) with its covariance (3, 3), seen at a time later than all before."""
-        if not self.known:
-            velocity, doubt = aimed(place, spread, self._aims, self.plan.arrives)
-            self._begin(time, velocity, doubt + self.plan.speed_sd**2 * np.eye(3))
-        elif self._is_strange(time, place, spread):
+        if self.known and self._is_strange(time, place, spread):
             self._strange.append((time, place, spread))
             if len(self._strange) >= self.plan.bounce_looks:
                 self._bounce()
@@ -106,9 +79,11 @@ class Flight:
         return gap @ np.linalg.solve(doubt + spread, gap) > self.plan.bounce_sd**2
 
     def _add(self, time: float, place: np.ndarray, spread: np.ndarray) -> None:
+        if self._start is None:
+            self._start = time
         passed = time - self._start
         slopes = self._slopes(passed)
-        weighted = slopes.T @ np.linalg.inv(self.plan.alike * spread)
+        weighted = slopes.T @ np.linalg.inv(spread)
         self._information = self._information + weighted @ slopes
         self._vector = self._vector + weighted @ (place - 0.5 * passed**2 * GRAVITY)
         self._solved = None

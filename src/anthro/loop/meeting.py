@@ -28,8 +28,8 @@ class Meeting:
     """
 
     def __init__(self, places: np.ndarray, flight: FlightPlan, plan: MeetingPlan):
+        self.plan, self.flight = plan, Flight(flight)
         self._places, self._tree = np.asarray(places, float), cKDTree(places)
-        self.plan, self.flight = plan, Flight(flight, self._places)
         self.reset()
 
     def reset(self) -> None:

@@ -35,14 +35,12 @@ class ReachPlan:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """How well a ball is seen, degrees, m and shares; when it comes, s; what a bounce is told by, and does."""
+    """How well a ball is seen, degrees, m and shares; how fast it may fly, m/s; what a bounce is told by, and does."""
 
     direction_sd_deg: float
     near_sd: float
     far_sd: float
     convergence_sd_deg: float
-    alike: float
-    arrives: tuple[float, float]
     speed_sd: float
     bounce_sd: float
     bounce_looks: int
