@@ -64,7 +64,7 @@ def test_a_size_reruns_what_depends_on_it(finished):
     with edited(finished, "config/scales/smoke.yaml", lambda text: text.replace("fps: ", "fps: 1")):
         videos = {f"figure_{name}": 1 for name, figure in registry.FIGURES.items() if figure.suffix == "mp4"}
         assert finished.left_to_do() == videos
-    with edited(finished, "config/scales/smoke.yaml", lambda text: text.replace("samples: ", "samples: 1")):
+    with edited(finished, "config/scales/smoke.yaml", lambda text: text.replace("{samples: ", "{samples: 1")):
         jobs = finished.left_to_do()
         assert jobs["ablate"] == jobs["spec"] == ROWS
         assert not {"train", "voluntary_shard", "demo"} & jobs.keys()

@@ -153,7 +153,7 @@ def test_larger_scales_are_planned(workplace, scale):
             "config/scales/smoke.yaml",
             "  all_six:",
             "  all_seven:",
-            "config/scales/smoke.yaml: demos.all_seven: 2: unknown",
+            "config/scales/smoke.yaml: demos.all_seven: 1: unknown",
         ),
         ("config/config.yaml", "seed: 7", "seed: seven", "config/config.yaml: seed: 'seven' is not of type 'integer'"),
     ],
