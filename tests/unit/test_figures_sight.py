@@ -170,6 +170,15 @@ def test_cells_of_the_field_hold_medians_where_there_are_pictures_enough():
     assert np.isfinite(found).sum() == 1
 
 
+def test_a_field_of_too_few_pictures_is_an_empty_map():
+    figure, axes = plt.subplots()
+    vision_error.field(axes, np.array([[1.0, 2.0], [-30.0, 5.0]]), np.array([0.4, 0.9]))
+    assert not np.isfinite(axes.images[0].get_array().filled(np.nan)).any()
+    assert axes.images[0].get_clim() == (0.4, 0.9)
+    figure.canvas.draw()
+    plt.close(figure)
+
+
 def test_ablations_are_bars_and_name_what_is_missing(run, capsys):
     for place, demo in enumerate(sight_ablations.DEMOS):
         metrics = {"targets": 40, "foveated": 1 - 0.1 * place, "reached": 0.8 - 0.1 * place}

@@ -87,7 +87,8 @@ def draw(run: Path) -> plt.Figure:
 def field(axes: plt.Axes, direction: np.ndarray, error: np.ndarray) -> None:
     """Draw the map of `cells`: the field as it is seen, so that theta, which counts to the left, falls to the right."""
     medians = cells(direction, error)
-    low, high = np.nanmin(medians), np.nanmax(medians)
+    drawn = medians[np.isfinite(medians)] if np.isfinite(medians).any() else error  # of few pictures no cell is drawn
+    low, high = drawn.min(), drawn.max()
     norm = LogNorm(low, max(high, 1.01 * low))
     edges = (-FIELD_DEG, FIELD_DEG)
     image = axes.imshow(medians[:, ::-1], origin="lower", extent=(*edges[::-1], *edges), cmap="viridis", norm=norm)
