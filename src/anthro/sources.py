@@ -27,7 +27,7 @@ def _path(module: str, src: Path) -> Path | None:
 
 @cache
 def _imports(path: Path) -> tuple[str, ...]:
-    """Return the dotted names a file imports from the package, at any depth of its code, with their parents."""
+    """Return the dotted names a file imports from the package, at any depth of its code."""
     found: dict[str, None] = {}
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -21,13 +21,12 @@ from anthro import cli
 from anthro.body.simulator import DEFAULT_STEP
 from anthro.demos.perception import FOVEATED, IN_SECONDS, time_to_foveate
 from anthro.demos.session import Session, finish, row
-from anthro.demos.sighted import BODY, Setting, Sighted, SightRecorder
+from anthro.demos.sighted import BODY, Setting, Sighted, SightRecorder, seated
 from anthro.demos.task import arguments, card_of, rows_of
 from anthro.eyes.eye import MOVERS
 from anthro.eyes.vision import Vision
 from anthro.motor.senses import angles, direction
 from anthro.progress import progress
-from anthro.registry import SEATED
 from anthro.streams import stream
 
 PEOPLE = {5: (213.0, 29.0), 15: (352.0, 50.0), 30: (455.0, 67.0)}  # peak deg/s by amplitude in deg, mean and sd
@@ -159,14 +158,10 @@ def looks(sighted: Sighted, count: int, seed: int) -> dict:
 def main(argv=None) -> int:
     args = arguments("gaze", __doc__, None, 40).parse_args(argv)
     session, vision = Session.open(args.run, BODY), Vision.load(args.run)
-
-    def seeing(setting: Setting) -> Sighted:
-        return Sighted(session, session.system(list(SEATED), args.inputs), vision, setting, args.seed)
-
     with card_of(args, "gaze", targets=args.targets) as card:
         metrics, rows, sides = {"targets": args.targets}, [], SIDES[: args.targets]
         for movement in MOVERS:
-            sighted = seeing(Setting(head=False, movement=movement))
+            sighted = seated(args, session, vision, Setting(head=False, movement=movement))
             words = movement.replace("_", " ")
             for amplitude, (people, _) in PEOPLE.items():
                 name = f"peak_{amplitude}_deg_saccade"
@@ -178,7 +173,7 @@ def main(argv=None) -> int:
             found = pursuit(sighted)
             metrics |= {f"{movement}_{name}": value for name, value in found.items()}
             rows += rows_of(found, f"smooth pursuit, {words} eye", "nakada2018", "Sec. 6.2.1", {})
-        sighted = seeing(Setting())
+        sighted = seated(args, session, vision, Setting())
         sighted.recorder = recorder = SightRecorder(sighted, [])
         found = shift(sighted, sides)
         sighted.recorder = None

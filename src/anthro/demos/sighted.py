@@ -168,6 +168,11 @@ def opened(args, setting: Setting, limbs: Sequence[str] | None = None) -> Sighte
     session = Session.open(args.run, BODY, setting.movable)
     retina = "" if setting.retina == "log_polar" else setting.retina
     vision = Vision.load(args.run, list(setting.leads) if limbs is None else limbs, retina)
+    return seated(args, session, vision, setting)
+
+
+def seated(args, session: Session, vision: Vision, setting: Setting) -> Sighted:
+    """A body with the nets that were loaded, for one of several settings of theirs."""
     return Sighted(session, session.system(list(SEATED), args.inputs), vision, setting, args.seed)
 
 
