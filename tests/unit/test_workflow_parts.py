@@ -64,6 +64,22 @@ def test_a_run_has_one_owner_and_a_killed_owner_leaves_no_lock(tmp_path):
     assert take_lock(lock) >= 0
 
 
+@pytest.mark.parametrize(("arguments", "timers"), [([], False), (["--max-jobs-per-timespan", "50/1s"], True)])
+def test_finished_jobs_leave_no_timers_behind(tmp_path, arguments, timers):
+    (tmp_path / "Snakefile").write_text(
+        "rule all:\n    input: expand('{n}', n=range(4))\nrule one:\n    output: '{n}'\n    shell: 'touch {output}'\n"
+    )
+    code = (
+        "import sys, threading; from anthro.launch import run_snakemake\n"
+        "assert run_snakemake(sys.argv[1:])\n"
+        "print(any(isinstance(thread, threading.Timer) for thread in threading.enumerate()))"
+    )
+    command = [sys.executable, "-c", code, "--cores", "1", "--scheduler", "greedy", *arguments]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert (tmp_path / "3").exists()
+    assert ran.stdout.splitlines()[-1] == str(timers)
+
+
 def task(limb, inputs, rate, error, unit="m"):
     return {"limb": limb, "inputs": inputs, "success_rate": rate, f"median_error_{unit}": error}
 
