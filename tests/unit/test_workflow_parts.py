@@ -1,15 +1,17 @@
-"""Sources of a stage, the run's lock, the choice of inputs, and the pins."""
+"""Sources of a stage, the run's lock, the choice of rounds and inputs, and the pins."""
 
 import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
 
 from anthro import cli
+from anthro.demos import select
 from anthro.demos.choose import main
 from anthro.errors import UserError
 from anthro.files import read_json, write_json
@@ -93,6 +95,26 @@ def test_demos_use_the_inputs_that_do_a_limbs_task_better(tmp_path):
     out = tmp_path / "demos" / "choice.json"
     assert cli.run(main, ["--metrics", *names, "--out", str(out)]) == 0
     assert read_json(out) == {"right_arm": "proprioceptive", "neck": "paper"}
+
+
+@pytest.mark.parametrize(
+    ("rates", "errors", "kept"), [((0.5, 0.9, 0.8), (1, 2, 1), 1), ((0.9, 0.9), (2, 2), 1), ((0.9, 0.9), (1, 2), 0)]
+)
+def test_the_round_that_does_the_task_best_is_kept(tmp_path, monkeypatch, rates, errors, kept):
+    names = [tmp_path / f"round{number}" / "weights.h5" for number in range(len(rates))]
+    for name in names:
+        name.parent.mkdir()
+        name.write_text(name.parent.name)
+    found = {name: task("neck", "paper", *one, "deg") for name, *one in zip(names, rates, errors, strict=True)}
+    session = SimpleNamespace(limb=lambda name: None, targets=lambda *asked: [])
+    monkeypatch.setattr(select, "opened", lambda args: session)
+    monkeypatch.setattr(select, "task_of", lambda limb: SimpleNamespace(share=0.6))
+    monkeypatch.setattr(select, "tried", lambda session, limb, inputs, weights, targets, seed: found[weights])
+    asked = ["--run", str(tmp_path), "--limb", "neck", "--out", str(tmp_path / "net"), "--rounds", *map(str, names)]
+    assert cli.run(select.main, [*asked, "--inputs", "paper"]) == 0
+    assert (tmp_path / "net" / "weights.h5").read_text() == f"round{kept}"
+    assert read_json(tmp_path / "net" / "selection.json")["kept"] == kept
+    assert cli.run(select.main, asked) == 2
 
 
 def pins(lines):

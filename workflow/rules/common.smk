@@ -13,6 +13,7 @@ NEURO_PARTS = {  # what figures read of the parts of results/<run>/neuroanimator
     "timing": ("metrics.json",),
 }
 TRAINED = [net for net in registry.NETS if net not in MIRRORED]
+SELECTED = [net for net in TRAINED if registry.NETS[net].role == "voluntary"]
 SIGHT_SETS = [name for name in settings["data"] if role_of(name) in SIGHT]
 DATASETS = sorted({settings["nets"][net]["dataset"] for net in TRAINED})
 
@@ -81,6 +82,21 @@ def source_of(wildcards):
     if wildcards.net in MIRRORED:
         return f"results/{wildcards.run}/nets/{MIRRORED[wildcards.net]}/weights.h5"
     return rounds_files(wildcards.net, "weights.h5", wildcards.run)[-1]
+
+
+def limb_of(wildcards):
+    """The limb that a net moves."""
+    return registry.LIMBS[registry.NETS[wildcards.net].limb]
+
+
+def shown_by(wildcards):
+    """The demo that shows a voluntary net's limb at its task, with its inputs."""
+    limb = limb_of(wildcards)
+    return next(
+        demo
+        for demo in registry.DEMOS.values()
+        if demo.inputs and demo.limbs == (limb.name,) and limb.nets[demo.inputs] == wildcards.net
+    )
 
 
 def foveating(wildcards):

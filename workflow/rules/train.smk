@@ -30,6 +30,37 @@ rule train:
         " --state {params.state} --threads {threads} --out {params.folder} > {log} 2>&1"
 
 
+# Of a net that moves a limb, the round that does its task best on validation targets; of others, the last.
+rule select:
+    input:
+        code=source_files("anthro.demos.select"),
+        rounds=lambda wildcards: rounds_files(wildcards.net, "weights.h5", wildcards.run),
+        reflex=lambda wildcards: f"results/{wildcards.run}/nets/{limb_of(wildcards).nets['reflex']}/weights.h5",
+        specs=lambda wildcards: f"results/{wildcards.run}/specs/data/{limb_of(wildcards).name}_voluntary.json",
+        bodies=lambda wildcards: [path for body in shown_by(wildcards).bodies for path in body_of(body, wildcards.run)],
+    output:
+        weights="results/{run}/nets/{net}/weights.h5",
+        selection="results/{run}/nets/{net}/selection.json",
+    log:
+        "results/{run}/logs/nets/{net}/select.log",
+    benchmark:
+        "results/{run}/benchmarks/nets/{net}/select.tsv"
+    wildcard_constraints:
+        net="|".join(SELECTED),
+    conda:
+        "../../environment.yml"
+    threads: 1
+    params:
+        limb=lambda wildcards: limb_of(wildcards).name,
+        inputs=lambda wildcards: shown_by(wildcards).inputs,
+        targets=lambda wildcards: sizes_of(settings, settings["nets"][wildcards.net]["dataset"])["trials"],
+        folder=subpath(output.weights, parent=True),
+    shell:
+        "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.demos.select --run results/{wildcards.run}"
+        " --limb {params.limb} --inputs {params.inputs} --targets {params.targets} --rounds {input.rounds}"
+        " --out {params.folder} > {log} 2>&1"
+
+
 rule final_net:
     input:
         source_of,
@@ -38,7 +69,7 @@ rule final_net:
     log:
         "results/{run}/logs/nets/{net}/final.log",
     wildcard_constraints:
-        net="|".join(TRAINED),
+        net="|".join(net for net in TRAINED if net not in SELECTED),
     localrule: True
     conda:
         "../../environment.yml"

@@ -16,10 +16,11 @@ def better(metrics: list[dict]) -> dict[str, str]:
     limbs: dict[str, list[dict]] = {}
     for one in metrics:
         limbs.setdefault(one["limb"], []).append(one)
-    return {name: min(tried, key=_rank)["inputs"] for name, tried in limbs.items()}
+    return {name: min(tried, key=rank)["inputs"] for name, tried in limbs.items()}
 
 
-def _rank(metrics: dict) -> tuple[float, float]:
+def rank(metrics: dict) -> tuple[float, float]:
+    """What puts better metrics of a limb's task first: a higher success rate, then a smaller median error."""
     error = next(value for name, value in metrics.items() if name.startswith("median_error_"))
     return -metrics["success_rate"], error
 
