@@ -37,7 +37,7 @@ rule select:
         rounds=lambda wildcards: rounds_files(wildcards.net, "weights.h5", wildcards.run),
         reflex=lambda wildcards: f"results/{wildcards.run}/nets/{limb_of(wildcards).nets['reflex']}/weights.h5",
         specs=lambda wildcards: f"results/{wildcards.run}/specs/data/{limb_of(wildcards).name}_voluntary.json",
-        bodies=lambda wildcards: [path for body in shown_by(wildcards).bodies for path in body_of(body, wildcards.run)],
+        body=lambda wildcards: body_of(*shown_by(wildcards).bodies, run=wildcards.run),
     output:
         weights="results/{run}/nets/{net}/weights.h5",
         selection="results/{run}/nets/{net}/selection.json",
@@ -54,11 +54,12 @@ rule select:
         limb=lambda wildcards: limb_of(wildcards).name,
         inputs=lambda wildcards: shown_by(wildcards).inputs,
         targets=lambda wildcards: sizes_of(settings, settings["nets"][wildcards.net]["dataset"])["trials"],
+        seed=settings["seed"],
         folder=subpath(output.weights, parent=True),
     shell:
         "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m anthro.demos.select --run results/{wildcards.run}"
-        " --limb {params.limb} --inputs {params.inputs} --targets {params.targets} --rounds {input.rounds}"
-        " --out {params.folder} > {log} 2>&1"
+        " --limb {params.limb} --inputs {params.inputs} --targets {params.targets} --seed {params.seed}"
+        " --rounds {input.rounds} --out {params.folder} > {log} 2>&1"
 
 
 rule final_net:

@@ -7,7 +7,6 @@ network moves the limb, the reflex beside it, to validation targets, which neith
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 from pathlib import Path
@@ -33,7 +32,7 @@ def tried(session: Session, name: str, inputs: str, weights: Path, targets: list
 
 
 def main(argv=None) -> int:
-    parser = argparse.ArgumentParser(parents=[arguments("select", __doc__, "right_arm", 40)], add_help=False)
+    parser = arguments("select", __doc__, "right_arm", 40)
     parser.add_argument("--rounds", type=Path, nargs="+", required=True, help="weights of each round, oldest first")
     args = parser.parse_args(argv)
     if not (args.inputs and args.out):
