@@ -44,7 +44,10 @@ def test_every_net_has_its_rows(tmp_path):
         for number in range(2):
             paths.append(tmp_path / f"{name}{number}.json")
             write_json(paths[-1], card(name, 10 + number, 0.3 - 0.1 * number))
-    assert cli.run(outcome.main, ["--cards", *map(str, paths), "--out", str(tmp_path / "rows.json")]) == 0
+    selection = tmp_path / "neck_voluntary_paper" / "selection.json"
+    write_json(selection, {"kept": 0})
+    asked = ["--cards", *map(str, paths), "--selections", str(selection), "--out", str(tmp_path / "rows.json")]
+    assert cli.run(outcome.main, asked) == 0
     rows = read_json(tmp_path / "rows.json")
     assert {row["item"] for row in rows} == set(registry.NETS)
     for row in rows:
@@ -54,6 +57,10 @@ def test_every_net_has_its_rows(tmp_path):
     epochs = ours["right_arm_voluntary_paper", "epochs over all rounds"]
     assert (epochs["value"], epochs["target"], epochs["source"]) == (21, 1777, "Sec. 5.1.2")
     assert ours["right_arm_reflex", "unexplained variance, validation pairs"]["value"] == pytest.approx(0.2)
+    kept = ours["neck_voluntary_paper", "unexplained variance, validation pairs"]
+    assert kept["value"] == pytest.approx(0.3)
+    write_json(selection, [])
+    assert cli.run(outcome.main, asked) == 2
 
 
 def test_unknown_nets_and_other_files_are_told(tmp_path, capsys):

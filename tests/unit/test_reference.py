@@ -6,7 +6,7 @@ from anthro import cli
 from anthro.files import read_json
 from anthro.reference import main
 
-MORE = ("cost.csv", "demos/hold/metrics.json", "demos/hold/rollout.h5")
+MORE = ("cost.csv", "demos/hold/metrics.json", "demos/hold/rollout.h5", "nets/a/selection.json", "nets/a/run_card.json")
 
 
 @pytest.fixture
@@ -31,7 +31,8 @@ def test_scorecard_figures_and_seconds_are_kept(run, tmp_path):
     out = tmp_path / "reference"
     assert cli.run(main, ["--run", str(run), "--out", str(out)]) == 0
     kept = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())
-    assert kept == ["cost.csv", "demos/hold.json", "figures/a.png", "figures/b.mp4", "run_card.json", "scorecard.csv"]
+    told = ["cards/nets/a.json", "cost.csv", "demos/hold.json", "figures/a.png", "figures/b.mp4"]
+    assert kept == [*told, "run_card.json", "scorecard.csv", "selections/a.json"]
     assert read_json(out / "run_card.json")["job_seconds"] == {"body.tsv": 1.0, "nets": 4.0}
 
 

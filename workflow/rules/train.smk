@@ -107,6 +107,7 @@ rule outcome:
     input:
         code=source_files("anthro.learn.outcome"),
         cards=[card for net in TRAINED for card in rounds_files(net, "run_card.json")],
+        selections=[f"results/{{run}}/nets/{net}/selection.json" for net in SELECTED],
     output:
         "results/{run}/nets/rows.json",
     log:
@@ -117,7 +118,8 @@ rule outcome:
         "../../environment.yml"
     threads: 1
     shell:
-        "python -m anthro.learn.outcome --cards {input.cards} --out {output} > {log} 2>&1"
+        "python -m anthro.learn.outcome --cards {input.cards} --selections {input.selections}"
+        " --out {output} > {log} 2>&1"
 
 
 rule cost:

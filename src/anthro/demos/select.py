@@ -7,6 +7,7 @@ network moves the limb, the reflex beside it, to validation targets, which neith
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -44,9 +45,11 @@ def main(argv=None) -> int:
     best = min(range(len(found)), key=lambda number: (rank(found[number]), -number))
     with atomic(args.out / "weights.h5") as partial:
         shutil.copyfile(args.rounds[best], partial)
-    write_json(args.out / "selection.json", {"kept": best, "targets": args.targets, "rounds": found})
+    selection = {"kept": best, "targets": args.targets, "rounds": found}
+    write_json(args.out / "selection.json", selection)
     rates = ", ".join(f"{100 * metrics['success_rate']:.0f} %" for metrics in found)
-    print(f"{args.limb}, {args.inputs} inputs: {rates} of {args.targets} targets; round {best} is kept")
+    told = f"{args.limb}, {args.inputs} inputs: {rates} of {args.targets} targets; round {best} is kept"
+    print(json.dumps(selection, indent=1, sort_keys=True) if args.json else told)
     return 0
 
 

@@ -32,8 +32,8 @@ def paper_epochs(net: registry.Net) -> tuple[int | str | None, str]:
     return None, "not given in the paper"
 
 
-def rows_of(name: str, cards: Sequence[dict]) -> list[dict]:
-    """Rows of one net from its run cards, one a round of aggregation, oldest first.
+def rows_of(name: str, cards: Sequence[dict], kept: int = -1) -> list[dict]:
+    """Rows of one net from its run cards, one a round of aggregation, oldest first; errors are of the kept round's.
 
     Raises
     ------
@@ -42,14 +42,14 @@ def rows_of(name: str, cards: Sequence[dict]) -> list[dict]:
     """
     if name not in registry.NETS:
         raise UserError(f"unknown net {name!r}; known: {', '.join(registry.NETS)}")
-    net, last = registry.NETS[name], cards[-1]
+    net, best = registry.NETS[name], cards[kept]
     epochs, source = paper_epochs(net)
     values = (
-        ("unexplained variance, validation pairs", last["best"]["unexplained_variance"], "ratio", None, ""),
-        ("normalised validation MSE", last["best"]["validation_mse"], "ratio", None, ""),
+        ("unexplained variance, validation pairs", best["best"]["unexplained_variance"], "ratio", None, ""),
+        ("normalised validation MSE", best["best"]["validation_mse"], "ratio", None, ""),
         ("epochs over all rounds", sum(card["epochs"] for card in cards), "epochs", epochs, source),
-        ("training pairs, last round", last["pairs"]["training"], "pairs", None, ""),
-        ("weights, biases not counted", last["weights"], "1", None, ""),
+        ("training pairs", best["pairs"]["training"], "pairs", None, ""),
+        ("weights, biases not counted", best["weights"], "1", None, ""),
     )
     keys = ("metric", "value", "unit", "target", "source")
     fixed = {"paper": net.paper, "item": name, "sense": "info"}
@@ -60,6 +60,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Write the rows of all nets whose run cards are given."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cards", required=True, nargs="+", type=Path, metavar="FILE", help="run cards, oldest first")
+    parser.add_argument(
+        "--selections", nargs="*", type=Path, default=[], metavar="FILE", help="nets/<net>/selection.json of some nets"
+    )
     parser.add_argument("--out", required=True, type=Path, metavar="FILE", help="rows.json")
     given = parser.parse_args(argv)
     nets: dict[str, list[dict]] = {}
@@ -69,7 +72,11 @@ def main(argv: Sequence[str] | None = None) -> None:
             nets.setdefault(card["spec"]["name"], []).append(card)
         except (KeyError, TypeError):
             raise UserError(f"{path}: not the card of a training") from None
-    write_json(given.out, [row for name, cards in nets.items() for row in rows_of(name, cards)])
+    try:
+        kept = {path.parent.name: int(read_json(path)["kept"]) for path in given.selections}
+    except (KeyError, TypeError, ValueError):
+        raise UserError("--selections: not the choice of a net's round") from None
+    write_json(given.out, [row for name, cards in nets.items() for row in rows_of(name, cards, kept.get(name, -1))])
 
 
 if __name__ == "__main__":
