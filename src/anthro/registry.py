@@ -147,7 +147,7 @@ TIMED_ON = ("right_arm", "right_leg", "neck_seated", "neck", "whole_fixed")
 
 
 def _both(task: str, limb: str, body: str) -> dict[str, Demo]:
-    """One demo for each variant of the voluntary input; the choice between these is made from them."""
+    """One demo for each variant of the voluntary input."""
     name = task if task == limb else f"{task}_{limb}"
     return {
         f"{name}_{inputs}": Demo(f"anthro.demos.{task}", (body,), (limb,), inputs, f"--limb {limb}")

@@ -460,17 +460,21 @@ def test_body_that_is_not_built(run_folder, refusal):
     ],
 )
 def test_the_better_inputs_are_chosen_limb_by_limb(run_folder, tmp_path, paper, proprioceptive, wins):
-    paths = []
-    told = [("right_arm", "m", "paper", paper), ("right_arm", "m", "proprioceptive", proprioceptive)]
-    told += [("core", "deg", "paper", (0.9, 1.0)), ("core", "deg", "proprioceptive", (0.5, 3.0))]
-    for limb, unit, inputs, (rate, error) in told:
-        paths.append(tmp_path / f"{limb}_{inputs}.json")
-        content = {"limb": limb, "inputs": inputs, "success_rate": rate, f"median_error_{unit}": error}
-        write_json(paths[-1], content)
+    found = {
+        net: {"success_rate": 0.9 if net.endswith("paper") else 0.5, "median_error_deg": 1.0}
+        for net, told in registry.NETS.items()
+        if told.role == "voluntary" and not registry.LIMBS[told.limb].mirror_of
+    }
+    for inputs, (rate, error) in (("paper", paper), ("proprioceptive", proprioceptive)):
+        found[f"right_arm_voluntary_{inputs}"] = {"success_rate": rate, "median_error_m": error}
+    paths = [tmp_path / net / "selection.json" for net in found]
+    for path, metrics in zip(paths, found.values(), strict=True):
+        write_json(path, {"kept": 1, "rounds": [{"success_rate": 1.0, "median_error_m": 0.0}, metrics]})
     out = run_folder / "demos" / "choice.json"
     for order in (paths, paths[::-1]):
-        assert choose.main(["--metrics", *map(str, order), "--out", str(out)]) == 0
-        assert read_json(out) == {"right_arm": wins, "core": "paper"}
+        assert choose.main(["--selections", *map(str, order), "--out", str(out)]) == 0
+        chosen = read_json(out)
+        assert (chosen["right_arm"], chosen["left_arm"], chosen["core"]) == (wins, wins, "paper")
     session = Session.open(run_folder, "right_arm")
     assert session.chosen_inputs("right_arm") == wins
     assert session.chosen_inputs("right_arm", "paper") == "paper"
@@ -478,9 +482,11 @@ def test_the_better_inputs_are_chosen_limb_by_limb(run_folder, tmp_path, paper, 
 
 def test_choosing_from_what_is_not_there(tmp_path, refusal):
     out = ["--out", tmp_path / "o.json"]
-    assert "none.json" in refusal(choose.main, ["--metrics", tmp_path / "none.json", *out])
-    write_json(tmp_path / "other.json", {"limb": "core", "success_rate": 1.0})
-    assert "limb's task" in refusal(choose.main, ["--metrics", tmp_path / "other.json", *out])
+    assert "none.json" in refusal(choose.main, ["--selections", tmp_path / "none.json", *out])
+    for name in ("core_voluntary_paper", "."):
+        path = tmp_path / name / "selection.json"
+        write_json(path, {"kept": 0})
+        assert "voluntary nets" in refusal(choose.main, ["--selections", path, *out])
 
 
 # -- what they share ----------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Sources of a stage, the run's lock, the choice of rounds and inputs, and the pins."""
+"""Sources of a stage, the run's lock, the choice of rounds, and the pins."""
 
 import re
 import subprocess
@@ -12,9 +12,8 @@ import yaml
 
 from anthro import cli
 from anthro.demos import select
-from anthro.demos.choose import main
 from anthro.errors import UserError
-from anthro.files import read_json, write_json
+from anthro.files import read_json
 from anthro.launch import take_lock
 from anthro.sources import source_files
 
@@ -84,17 +83,6 @@ def test_finished_jobs_leave_no_timers_behind(tmp_path, arguments, timers):
 
 def task(limb, inputs, rate, error, unit="m"):
     return {"limb": limb, "inputs": inputs, "success_rate": rate, f"median_error_{unit}": error}
-
-
-def test_demos_use_the_inputs_that_do_a_limbs_task_better(tmp_path):
-    arm = [task("right_arm", "paper", 0.8, 0.01), task("right_arm", "proprioceptive", 0.9, 0.02)]
-    head = [task("neck", "paper", 0.9, 1.0, "deg"), task("neck", "proprioceptive", 0.9, 2.0, "deg")]
-    names = [str(tmp_path / f"{number}.json") for number in range(4)]
-    for name, metrics in zip(names, (*arm, *head), strict=True):
-        write_json(name, metrics)
-    out = tmp_path / "demos" / "choice.json"
-    assert cli.run(main, ["--metrics", *names, "--out", str(out)]) == 0
-    assert read_json(out) == {"right_arm": "proprioceptive", "neck": "paper"}
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ use rule demo as measurement with:
 rule choose_inputs:
     input:
         code=source_files("anthro.demos.choose"),
-        metrics=[f"results/{{run}}/demos/{name}/metrics.json" for name in CHOICE],
+        selections=[f"results/{{run}}/nets/{net}/selection.json" for net in SELECTED],
     output:
         "results/{run}/demos/choice.json",
     log:
@@ -57,7 +57,7 @@ rule choose_inputs:
     conda:
         "../../environment.yml"
     shell:
-        "python -m anthro.demos.choose --metrics {input.metrics} --out {output} > {log} 2>&1"
+        "python -m anthro.demos.choose --selections {input.selections} --out {output} > {log} 2>&1"
 
 
 rule solvers:

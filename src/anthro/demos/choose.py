@@ -1,4 +1,4 @@
-"""Choose the input variant that the other demos use, limb by limb: the one that did its task better."""
+"""Choose the input variant that the other demos use, limb by limb: the one that did better on validation targets."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import argparse
 import sys
 from pathlib import Path
 
-from anthro import cli
+from anthro import cli, registry
 from anthro.errors import UserError
 from anthro.files import read_json, write_json
 
 
-def better(metrics: list[dict]) -> dict[str, str]:
-    """Each limb's inputs of the highest success rate; the smaller median error decides a tie."""
-    limbs: dict[str, list[dict]] = {}
-    for one in metrics:
-        limbs.setdefault(one["limb"], []).append(one)
-    return {name: min(tried, key=rank)["inputs"] for name, tried in limbs.items()}
+def better(selections: dict[str, dict]) -> dict[str, str]:
+    """Each limb's inputs of the highest success rate; the smaller median error decides a tie.
+
+    Parameters
+    ----------
+    selections : of each trained voluntary net its ``selection.json``; a mirrored limb takes the choice of its twin.
+    """
+    result = {}
+    for limb in registry.LIMBS.values():
+        trained = limb if limb.nets[registry.INPUTS[0]] in selections else registry.limb(limb.mirror_of)
+        found = {inputs: selections[trained.nets[inputs]] for inputs in registry.INPUTS}
+        result[limb.name] = min(found, key=lambda inputs: rank(found[inputs]["rounds"][found[inputs]["kept"]]))
+    return result
 
 
 def rank(metrics: dict) -> tuple[float, float]:
@@ -27,13 +34,13 @@ def rank(metrics: dict) -> tuple[float, float]:
 
 def main(argv=None) -> int:
     parser = argparse.ArgumentParser(prog="anthro.demos.choose", description=__doc__)
-    parser.add_argument("--metrics", type=Path, nargs="+", required=True, help="of the limbs' tasks")
+    parser.add_argument("--selections", type=Path, nargs="+", required=True, help="nets/<net>/selection.json of nets")
     parser.add_argument("--out", type=Path, required=True, help="JSON file to write")
     args = parser.parse_args(argv)
     try:
-        choice = better([read_json(path) for path in args.metrics])
-    except (KeyError, StopIteration) as error:
-        raise UserError(f"--metrics: not those of a limb's task ({error})") from None
+        choice = better({path.parent.name: read_json(path) for path in args.selections})
+    except (KeyError, IndexError, TypeError, StopIteration, UserError) as error:
+        raise UserError(f"--selections: not those of the voluntary nets ({error})") from None
     write_json(args.out, choice)
     print(f"{args.out}: the other demos use {', '.join(f'{v} inputs for {k}' for k, v in choice.items())}")
     return 0
