@@ -103,8 +103,8 @@ def shift(sighted: Sighted, sides: Sequence[float] = SIDES) -> dict:
     return {
         "eye_share_arriving": float(arriving),
         "head_share_arriving": float(1.0 - arriving),
-        "eye_share_after_1.5_s": float(late),
-        "head_share_after_1.5_s": float(1.0 - late),
+        "eye_share_at_the_end": float(late),
+        "head_share_at_the_end": float(1.0 - late),
         "shift_time_s": float(seconds),
     }
 
@@ -151,7 +151,7 @@ def looks(sighted: Sighted, count: int, seed: int) -> dict:
     median = float(np.median(times))
     return {
         "median_time_to_foveate_s": median if np.isfinite(median) else None,
-        "foveated_in_0.5_s": float((np.array(times) <= IN_SECONDS).mean()),
+        "foveated": float((np.array(times) <= IN_SECONDS).mean()),
     }
 
 
