@@ -9,6 +9,7 @@ import pytest
 import yaml
 from hypothesis import settings
 
+from anthro import config
 from anthro.body import Body
 from anthro.body.build import build
 from anthro.body.parts import BODIES
@@ -154,6 +155,7 @@ def run_folder(tmp_path, body_folder, tiny_nets, data_spec):
     for limb in LIMB_WIDTHS:
         for role in ("voluntary", "reflex"):
             write_json(run / "specs" / "data" / f"{limb}_{role}.json", data_spec(role, limb))
+    write_json(run / "specs" / "feedback.json", config.load({"scale": "smoke"}, ROOT)["feedback"])
     return run
 
 

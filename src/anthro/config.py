@@ -153,8 +153,8 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
     -------
     dict
         The keys of ``config.yaml`` with `run` filled in, ``sizes`` (the scale), ``papers``,
-        ``limbs``, ``nets``, ``data``, ``ablations``, ``plants`` and ``emulators`` (each by file name), and ``loop``
-        (``loop.yaml``).
+        ``limbs``, ``nets``, ``data``, ``ablations``, ``plants`` and ``emulators`` (each by file name), ``feedback``
+        and ``loop`` (``feedback.yaml``, ``loop.yaml``).
 
     Raises
     ------
@@ -194,6 +194,7 @@ def load(overrides: Mapping | None = None, root: str | Path = ".") -> dict:
         path.stem: read_yaml(path, f"data_{role_of(path.stem)}", root)
         for path in sorted((root / "config" / "data").glob("*.yaml"))
     }
+    settings["feedback"] = read_yaml(root / "config" / "feedback.yaml", "feedback", root)
     settings["loop"] = read_yaml(root / "config" / "loop.yaml", "loop", root)
     settings["ablations"] = {
         path.stem: read_ablation(path, root) for path in sorted((root / "config" / "ablations").glob("*.tsv"))

@@ -60,6 +60,27 @@ def test_ribs_do_not_chatter_under_the_reflex(begun):
     assert np.sqrt(np.mean(gauge.change[-20:])) < 1.0  # 1/s; 10 with a tenth of the ribs' damping
 
 
+class Activations:
+    """Keeps the activations of each control step."""
+
+    def __init__(self):
+        self.found = []
+
+    def take(self, activation, targets, controller_on=True):
+        self.found.append(activation.copy())
+
+
+@pytest.mark.parametrize("name", ["right_leg", "right_arm", "neck_seated"])
+def test_no_joint_chatters_under_the_reflex_of_a_limb_that_moves(begun, name):
+    """Changes of activation go on from one step to the next; -0.9 with the foot's joints damped a third as much."""
+    patient, system, simulator = begun(name)
+    for target in drawn(patient, 0.7, 6, seed=5):
+        activations = Activations()
+        advance(simulator, system, {name: target}, 1.5, activations)
+        change = np.diff(np.array(activations.found)[-100:], axis=0)
+        assert (change[1:] * change[:-1]).sum() > 0.5 * (change**2).sum()
+
+
 def test_teacher_bends_the_trunk(begun):
     """Two targets, 3 s each, the head, arms and legs limp: T1 ends within 6 degrees of its orientation."""
     patient, system, simulator = begun("core")

@@ -114,8 +114,8 @@ def ablation_shards(wildcards):
 def content_of(wildcards):
     """A spec's content as one line of JSON, which is what decides whether it is written anew."""
     stage, _, name = wildcards.job.partition("/")
-    if stage == "loop":
-        return canonical(settings["loop"])
+    if stage in ("feedback", "loop"):
+        return canonical(settings[stage])
     if stage == "data":
         return canonical(data_spec(settings, name))
     if stage == "nets":
@@ -140,6 +140,7 @@ def demo_limbs(wildcards):
     specs = [f"specs/data/{limb}_{role}.json" for limb in demo.limbs for role in ("voluntary", "reflex")]
     unused = set(registry.INPUTS) - {demo.inputs} if demo.inputs else set()
     nets = [net for limb in demo.limbs for name, net in registry.LIMBS[limb].nets.items() if name not in unused]
+    specs += ["specs/feedback.json"] if demo.limbs else []
     return [f"results/{wildcards.run}/{path}" for path in [*specs, *(f"nets/{net}/weights.h5" for net in nets)]]
 
 

@@ -36,7 +36,10 @@ rule select:
         code=source_files("anthro.demos.select"),
         rounds=lambda wildcards: rounds_files(wildcards.net, "weights.h5", wildcards.run),
         reflex=lambda wildcards: f"results/{wildcards.run}/nets/{limb_of(wildcards).nets['reflex']}/weights.h5",
-        specs=lambda wildcards: f"results/{wildcards.run}/specs/data/{limb_of(wildcards).name}_voluntary.json",
+        specs=lambda wildcards: [
+            f"results/{wildcards.run}/specs/{name}.json"
+            for name in (f"data/{limb_of(wildcards).name}_voluntary", "feedback")
+        ],
         body=lambda wildcards: body_of(*shown_by(wildcards).bodies, run=wildcards.run),
     output:
         weights="results/{run}/nets/{net}/weights.h5",

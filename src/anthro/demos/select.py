@@ -20,14 +20,13 @@ from anthro.demos.session import Session
 from anthro.demos.task import arguments, opened
 from anthro.errors import UserError
 from anthro.files import atomic, write_json
-from anthro.motor.controller import NeuromuscularController
 
 
 def tried(session: Session, name: str, inputs: str, weights: Path, targets: list, seed: int) -> dict:
     """How well a limb's network of one round does on targets: success rate and errors, as its task's metrics."""
     limb = session.limb(name)
     task = task_of(limb)
-    controller = NeuromuscularController.load(limb, weights, session.weights(name, "reflex"), inputs)
+    controller = session.controller(name, inputs, weights=weights)
     system = Staged(session.body, {name: controller}, session.others(name, seed, "select"))
     return task.summary(attempt(session.begin(system), system, limb, targets, weights.parent.name).distance)
 

@@ -16,6 +16,7 @@ from anthro.body.simulator import DEFAULT_STEP, Simulator
 from anthro.errors import UserError
 from anthro.files import read_json, write_json, write_shard
 from anthro.motor.controller import NeuromuscularController
+from anthro.motor.feedback import Feedback
 from anthro.motor.limb import Limb, limb_plan
 from anthro.motor.others import Company, Others
 from anthro.motor.system import MotorSystem
@@ -77,11 +78,18 @@ class Session:
         with_reflex: bool = True,
         kind: type[NeuromuscularController] = NeuromuscularController,
         pace: float = 1.0,
+        feedback: Feedback | None = None,
+        weights: Path | None = None,
     ) -> NeuromuscularController:
-        """A limb's neuromuscular controller with one input variant, the better one when None."""
+        """A limb's neuromuscular controller; with the better inputs, its region's feedback and the run's weights."""
         inputs = self.chosen_inputs(limb, inputs)
         reflex = self.weights(limb, "reflex") if with_reflex else None
-        return kind.load(self.limb(limb), self.weights(limb, inputs), reflex, inputs, pace)
+        weights = weights or self.weights(limb, inputs)
+        return kind.load(self.limb(limb), weights, reflex, inputs, pace, feedback or self.feedback(limb))
+
+    def feedback(self, limb: str) -> Feedback:
+        """What this run's controllers of a limb make of its discrepancy."""
+        return Feedback(**read_json(self.run / "specs" / "feedback.json")[self.limb(limb).plan.region])
 
     def teacher(self, limb: str, rule: str = "equilibrium") -> Teacher:
         """The teacher with the gains that this run's data were labelled with."""

@@ -19,6 +19,7 @@ from anthro.demos.criterion import Task, task_of
 from anthro.demos.quality import minimum_jerk_shape, speed_shape
 from anthro.demos.session import Recorder, Session, finish, parser, row
 from anthro.errors import UserError
+from anthro.motor.feedback import PLAIN
 from anthro.motor.teacher import TeacherPolicy
 from anthro.runcard import RunCard
 
@@ -62,6 +63,7 @@ def measure(session: Session, name: str, inputs: str, targets: list, seed: int):
     policies = {
         inputs: session.controller(name, inputs),
         f"{inputs}_no_reflex": session.controller(name, inputs, with_reflex=False),
+        f"{inputs}_plain": session.controller(name, inputs, feedback=PLAIN),
         "teacher": TeacherPolicy(session.teacher(name)),
     }
     if task.unit == "m":

@@ -11,6 +11,7 @@ import numpy as np
 
 from anthro.body.simulator import Simulator
 from anthro.motor.controller import NeuromuscularController
+from anthro.motor.feedback import PLAIN, Feedback
 from anthro.motor.limb import Limb
 from anthro.motor.network import FeedForward
 
@@ -18,8 +19,15 @@ from anthro.motor.network import FeedForward
 class CarriedController(NeuromuscularController):
     """A controller of a limb whose base is moved by other limbs, on a body with a fixed root; parameters as there."""
 
-    def __init__(self, limb: Limb, voluntary: FeedForward, reflex: FeedForward | None, pace: float = 1.0):
-        super().__init__(limb, voluntary, reflex, pace)
+    def __init__(
+        self,
+        limb: Limb,
+        voluntary: FeedForward,
+        reflex: FeedForward | None,
+        pace: float = 1.0,
+        feedback: Feedback = PLAIN,
+    ):
+        super().__init__(limb, voluntary, reflex, pace, feedback)
         self._own = np.concatenate([limb.driven, limb.passive])
         self._scratch = limb.body.simulator()
 
