@@ -72,12 +72,12 @@ class Activations:
 
 @pytest.mark.parametrize("name", ["right_leg", "right_arm", "neck_seated"])
 def test_no_joint_chatters_under_the_reflex_of_a_limb_that_moves(begun, name):
-    """Changes of activation go on from one step to the next; -0.9 with the foot's joints damped a third as much."""
+    """Activations change on from step to step: correlation 0.9; -0.5 to -0.9 with a third of the foot's damping."""
     patient, system, simulator = begun(name)
-    for target in drawn(patient, 0.7, 6, seed=5):
+    for seed in (0, 2, 8):
         activations = Activations()
-        advance(simulator, system, {name: target}, 1.5, activations)
-        change = np.diff(np.array(activations.found)[-100:], axis=0)
+        advance(simulator, system, {name: drawn(patient, 0.7, 1, seed)[0]}, 1.5, activations)
+        change = np.diff(np.array(activations.found), axis=0)
         assert (change[1:] * change[:-1]).sum() > 0.5 * (change**2).sum()
 
 
