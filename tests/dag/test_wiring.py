@@ -129,6 +129,7 @@ def test_a_demo_that_sees_waits_for_its_vision_nets_and_the_loops_plan(finished)
     for demo in ("cannon", "shaken", "sight_timing"):
         assert needs(demo) >= {"specs/loop.json"} | nets("foveation", *reaching)
     assert not needs("hold") & ({"specs/loop.json"} | nets("foveation"))
+    assert "specs/feedback.json" in needs("hold") and "specs/feedback.json" not in needs("eyes")
 
 
 def test_students_of_a_round_are_the_nets_of_the_round_before(finished):

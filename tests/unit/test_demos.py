@@ -232,7 +232,7 @@ def test_targets_are_of_the_seed_and_lie_in_reach(run_folder):
 def test_reach_prints_its_metrics_as_json(run_folder, capsys):
     assert run(reach.main, run_folder, *ARM, "--targets", 2, "--seed", 7, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
-    wanted = SUMMARY | {f"{who}_{m}" for m in SUMMARY for who in ("no_reflex", "teacher", "appendix_b")}
+    wanted = SUMMARY | {f"{who}_{m}" for m in SUMMARY for who in ("no_reflex", "plain", "teacher", "appendix_b")}
     assert wanted | {"limb", "inputs", "targets", "unreachable_targets"} <= printed.keys()
     assert {"effort", "effort_over_teacher", "activation_rate_per_s", "speed_peak_over_mean"} <= printed.keys()
     assert printed["inputs"] == "proprioceptive" and printed["targets"] == printed["compared_targets"] == 2
