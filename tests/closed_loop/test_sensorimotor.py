@@ -15,6 +15,7 @@ from anthro.eyes import scene
 from anthro.eyes.eye import SIDES
 from anthro.files import read_json, read_shard, write_json
 from anthro.motor.network import FeedForward
+from anthro.motor.senses import direction
 from anthro.registry import REACHING
 from anthro.world.cannon import Shot
 from anthro.world.slopes import staircase
@@ -97,7 +98,8 @@ def test_where_the_ball_truly_is_reaches_the_body_through_its_eyes_alone(run, ho
     for first, second in seen:
         assert np.abs(first - second).max() > 1e-4, "the loop does not heed what it sees"
     one.restart([ARM])
-    one.balls.position[0] = 0.6, -0.3, 1.0
+    rotation, position = one.eyes.head(one.simulator.data)
+    one.balls.position[0] = position + 0.6 * rotation @ direction(0.0, 0.0)
     one._shown.place(one.balls.position[0])
     picture = one.eyes.see(one.simulator.data)
     assert one.cycle.onlooker.look(one.simulator.data, 0.0, [ARM]).offsets
