@@ -44,7 +44,10 @@ def copy(run: Path, out: Path) -> list[str]:
     names |= {f"checks/{path.parts[-3]}.json": path for path in sorted(run.glob("body/*/check/report.json"))}
     names |= {f"demos/{path.parts[-2]}.json": path for path in sorted(run.glob("demos/*/metrics.json"))}
     names |= {f"selections/{path.parts[-2]}.json": path for path in sorted(run.glob("nets/*/selection.json"))}
-    cards = {path.relative_to(run).parent: path for path in sorted(run.rglob("run_card.json"))}
+    cards = {
+        path.relative_to(run).parent / path.name.removesuffix("run_card.json").rstrip("."): path
+        for path in sorted(run.rglob("*run_card.json"))
+    }
     names |= {f"cards/{part}.json": path for part, path in cards.items()}
     names |= {path.name: path for path in [run / "cost.csv"] if path.is_file()}
     for name, source in names.items():

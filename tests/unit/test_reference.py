@@ -16,6 +16,7 @@ def run(tmp_path):
         "figures/nakada2018/a.png",
         "figures/nakada2018/b.mp4",
         "figures/nakada2018/c.json",
+        "figures/nakada2018/b.run_card.json",
         "scorecard.csv",
         *MORE,
     ):
@@ -31,7 +32,14 @@ def test_scorecard_figures_and_seconds_are_kept(run, tmp_path):
     out = tmp_path / "reference"
     assert cli.run(main, ["--run", str(run), "--out", str(out)]) == 0
     kept = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())
-    told = ["cards/nets/a.json", "cost.csv", "demos/hold.json", "figures/a.png", "figures/b.mp4"]
+    told = [
+        "cards/figures/nakada2018/b.json",
+        "cards/nets/a.json",
+        "cost.csv",
+        "demos/hold.json",
+        "figures/a.png",
+        "figures/b.mp4",
+    ]
     assert kept == [*told, "run_card.json", "scorecard.csv", "selections/a.json"]
     assert read_json(out / "run_card.json")["job_seconds"] == {"body.tsv": 1.0, "nets": 4.0}
 
